@@ -2,7 +2,7 @@
 //!
 //!     cargo run --release --example diagnose_extend
 
-use coldplate::{DiagnosisProblem, Machine, Result, examine};
+use coldplate::{DiagnosisProblem, Machine, Result, examine, words};
 
 fn main() -> Result<()> {
     // How good the readings are stands beside them, in readings.toml.
@@ -15,7 +15,7 @@ fn main() -> Result<()> {
     let found = examine(&problem, "out/examples/extended.toml", None, &progress)?;
     println!("{}", found.headline());
     for (_, explanation) in found.ranked(5) {
-        println!("  {:.3}  {}", explanation.probability, coldplate_findings::words(explanation));
+        println!("  {:.3}  {}", explanation.probability, words(explanation));
     }
     if let Some(gain) = &found.diagnosis.gain {
         println!("on conditions that took no part: {:.2} K before, {:.2} K after", gain.before, gain.after);

@@ -2,9 +2,7 @@
 //!
 //!     cargo run --release --example solve
 
-use coldplate::Machine;
-use coldplate::MeshedMachine;
-use coldplate::Result;
+use coldplate::{Machine, MeshedMachine, Result};
 
 fn main() -> Result<()> {
     let machine = Machine::read("examples/tutorial/machine.toml", &[])?;

@@ -4,14 +4,7 @@
 //!
 //! Started again, it takes what it solved from the journal in out/examples/sweep.
 
-use coldplate::FitOptions;
-use coldplate::Progress;
-use coldplate::Surrogate;
-use coldplate::Sweep;
-use coldplate::SweepOptions;
-use coldplate::fit_table;
-use coldplate::query;
-use coldplate_surrogate::verdict;
+use coldplate::{FitOptions, Inverse, Progress, Surrogate, Sweep, SweepOptions, fit_table, free, query};
 
 /// Progress as lines of text.
 struct Lines;
@@ -44,7 +37,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("{:?}: {:?} decides", answer.verdict, answer.binding_name());
     // The inverse question: how much water does it take?
     let flow = surrogate.variables().position(|v| v.name == "coolant_flow").unwrap_or(0);
-    if let verdict::Inverse::Found { smallest, .. } = verdict::free(&surrogate, &condition, flow)? {
+    if let Inverse::Found { smallest, .. } = free(&surrogate, &condition, flow)? {
         println!("acceptable from {smallest:.2} L/min");
     }
     Ok(())

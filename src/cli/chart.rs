@@ -25,13 +25,13 @@ pub struct Args {
     /// Folder for the figures (default: out/charts for definitions; charts, beside the surrogate, otherwise)
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Folder with the results of the sweeps that definitions name, DIR/NAME each; what is missing there is solved
+    /// Folder with the results of the sweeps that definitions name, DIR/NAME each; missing results are solved
     #[arg(long, value_name = "DIR", default_value = "out")]
     results: PathBuf,
     /// Only an acceptability map over these two variables of the surrogate: across,up
     #[arg(long, value_name = "X,Y", value_delimiter = ',', num_args = 1)]
     map: Vec<String>,
-    /// Where the other variables are held in the map (default: middle of the range); the condition is marked if complete
+    /// Values of the other variables in the map (default: middle of the range); the condition is marked if complete
     #[command(flatten)]
     condition: ConditionArgs,
 }

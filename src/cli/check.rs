@@ -1,4 +1,4 @@
-//! `coldplate check`: what a machine file describes, and what looks wrong about it.
+//! `coldplate check`: inventory of a machine file, with warnings.
 
 use std::path::PathBuf;
 
@@ -222,7 +222,7 @@ fn uncertain_row(number: &UncertainNumber) -> Vec<String> {
     vec![key, format!("{}{}", significant(value, 4), unit_after(&unit)), deviation, limits]
 }
 
-/// Surfaces of an enclosure with what they see of each other.
+/// Surfaces of an enclosure with their view factors.
 fn enclosure_text(e: &EnclosureViews) -> String {
     let numbers: Vec<String> = (1..=e.surfaces.len()).map(|i| format!("to {i}")).collect();
     let name = format!("enclosure {}", e.name);

@@ -1,4 +1,4 @@
-//! `coldplate completions`: what a shell needs to complete commands and options.
+//! `coldplate completions`: scripts with which a shell completes commands and options.
 
 use clap_complete::Shell;
 use serde_json::json;

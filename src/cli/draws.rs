@@ -1,4 +1,5 @@
-//! `coldplate sensitivity MODEL.cpr`: what every reading owes to what varies, and how far it spreads over what is open.
+//! `coldplate sensitivity MODEL.cpr`: slopes of every reading along variables and parameters, and its spread over the
+//! open parameters.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -19,7 +20,7 @@ use coldplate_reduce::{ReducedModel, Slopes};
 use coldplate_solve::meshed::MeshedMachine;
 use coldplate_solve::sensitivity::OpenParameter;
 
-/// How many draws, of which seed, and whether each is solved in full.
+/// Number of draws, seed, and whether each is solved in full.
 #[derive(Debug, Clone, Copy)]
 pub struct Draws {
     pub count: Option<usize>,
@@ -27,11 +28,11 @@ pub struct Draws {
     pub in_full: bool,
 }
 
-/// As outside programs read it.
+/// The result as outside programs read it.
 #[derive(Debug, Serialize)]
 struct Record {
     readings: BTreeMap<String, Reading>,
-    /// Draws with a steady state, and without; none where no draws are asked for.
+    /// Draws with a steady state; left out if no draws are asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     draws: Option<usize>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -46,10 +47,10 @@ struct Record {
 struct Reading {
     #[serde(skip_serializing_if = "Option::is_none")]
     degC: Option<f64>,
-    /// Of a displacement.
+    /// Reading of a displacement, um.
     #[serde(skip_serializing_if = "Option::is_none")]
     um: Option<f64>,
-    /// Per variable and parameter, K or um per its unit.
+    /// Slope per variable and parameter, K or um per unit of it.
     slopes: BTreeMap<String, f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     spread: Option<Spread>,
@@ -59,13 +60,13 @@ struct Reading {
 #[allow(non_snake_case)]
 #[serde(untagged)]
 enum Spread {
-    /// Of a temperature; low and high are where 95 % of the draws lie.
+    /// Spread of a temperature; low and high are the ends of the middle 95 % of the draws.
     Temperature { mean_degC: f64, deviation_K: f64, low_degC: f64, high_degC: f64, bound_K: f64 },
-    /// Of a displacement.
+    /// Spread of a displacement.
     Displacement { mean_um: f64, deviation_um: f64, low_um: f64, high_um: f64, bound_um: f64 },
 }
 
-/// Slopes at one condition, and draws where some are asked for; of all sensors where none are named.
+/// Slopes at one condition, and draws if asked for; of all sensors if none are named.
 ///
 /// # Errors
 /// The file is damaged, the condition is bad or states a parameter, no steady state is found, or there is nothing to draw.
@@ -131,7 +132,7 @@ struct Follows {
 fn names(model: &ReducedModel, slopes: &Slopes) -> Result<Vec<Follows>> {
     let variable = |(v, of): &(usize, Vec<f64>)| {
         let own = &model.machine.variables[*v];
-        // SI units in one of the variable's; what is absolute counts as a difference.
+        // SI units per unit of the variable; a temperature counts as a difference.
         let scale = units::convert(1.0, &own.unit, own.dimension)? - units::convert(0.0, &own.unit, own.dimension)?;
         let unit = if own.dimension.is_absolute() { "K" } else { &own.unit };
         Ok(Follows { name: own.name.clone(), unit: unit.into(), slopes: of.iter().map(|slope| slope * scale).collect() })
@@ -142,7 +143,8 @@ fn names(model: &ReducedModel, slopes: &Slopes) -> Result<Vec<Follows>> {
     Ok(all)
 }
 
-/// The full network, on a mesh of as many cells, or on the one that follows from the accuracy that the machine file asks for.
+/// The full network, on a mesh with the model's number of cells, or on the mesh that follows from the accuracy that the
+/// machine file asks for.
 fn full(model: &ReducedModel) -> Result<Network> {
     let mut meshed = MeshedMachine::new(model.machine.clone(), Some(model.made.cells))?;
     if meshed.network.nodes != model.made.nodes && model.machine.accuracy.is_some() {

@@ -23,6 +23,7 @@ struct TableForm {
     write: fn(&Table) -> Result<String>,
 }
 
+/// Forms of tables for other programs.
 const TABLES: [TableForm; 2] = [
     TableForm { key: "dakota", ending: ".dat", write: Table::to_dakota },
     TableForm { key: "openturns", ending: "_openturns.csv", write: Table::to_openturns },
@@ -31,24 +32,24 @@ const TABLES: [TableForm; 2] = [
 /// The target of a machine at one condition.
 const CALCULIX: &str = "calculix";
 
-/// A surrogate for other languages and programs, which answers there as it does here
+/// A surrogate for other languages and programs, with the same answers there
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Surrogate file; for dakota and openturns a table; for calculix a machine file
     #[arg(value_name = "SURROGATE|TABLE|MACHINE")]
     surrogate: PathBuf,
-    /// What to write: c99 (a source file and a header), fmu2, fmu3 (a functional mock-up unit), html (a page with sliders), json
+    /// Target: c99 (a source file and a header), fmu2, fmu3 (a functional mock-up unit), html (a page with sliders), json
     /// (everything in the file), modelica (a package), octave (a function), onnx (a model), st (a function block for controllers);
-    /// of a table: dakota (a tabular file), openturns (a sample); of a machine: calculix (an input deck at one condition)
+    /// from a table: dakota (a tabular file), openturns (a sample); from a machine: calculix (an input deck at one condition)
     #[arg(long, value_name = "TARGET")]
     to: String,
-    /// In single precision, for processors that have no other (c99); says what that costs
+    /// In single precision, for processors that have no other (c99); reports the loss of accuracy
     #[arg(long)]
     single: bool,
     /// Folder to write into (default: beside the surrogate)
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// What files and identifiers begin with (default: the name of the surrogate file)
+    /// Beginning of the names of files and identifiers (default: the name of the surrogate file)
     #[arg(long, value_name = "NAME")]
     name: Option<String>,
     #[command(flatten)]
@@ -61,14 +62,14 @@ pub struct Args {
     cells: Option<usize>,
 }
 
-/// What was written.
+/// Record of the files written.
 #[derive(Debug, Serialize)]
 struct Record {
     /// The target.
     target: &'static str,
     /// The files, in the order in which they were written.
     written: Vec<WrittenFile>,
-    /// Of an input deck: the node of each sensor.
+    /// Node of each sensor in an input deck.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     points: Vec<Point>,
 }
@@ -76,11 +77,11 @@ struct Record {
 /// A file that was written.
 #[derive(Debug, Serialize)]
 struct WrittenFile {
-    /// Where it is.
+    /// Path of the file.
     path: PathBuf,
-    /// Its length.
+    /// Length in bytes.
     bytes: usize,
-    /// What there is to know of it.
+    /// Remark on the file.
     #[serde(skip_serializing_if = "Option::is_none")]
     remark: Option<String>,
 }
@@ -171,7 +172,7 @@ fn machine(args: &Args, out: Output) -> Result<u8> {
     Ok(0)
 }
 
-/// Refuses an option that only says something of a surrogate.
+/// Refuses an option that applies to surrogates only.
 fn surrogate_alone(args: &Args) -> Result<()> {
     if !args.single {
         return Ok(());
@@ -181,7 +182,7 @@ fn surrogate_alone(args: &Args) -> Result<()> {
         .help("leave it out"))
 }
 
-/// Refuses options that only say something of a machine.
+/// Refuses options that apply to machines only.
 fn machine_alone(args: &Args) -> Result<()> {
     let condition = args.condition.values()?.first().map(|(name, _)| format!("--{}", name.replace('_', "-")));
     let given = condition.or(args.cells.map(|_| "--cells".into())).or(args.set.first().map(|_| "--set".into()));
@@ -193,7 +194,7 @@ fn machine_alone(args: &Args) -> Result<()> {
 }
 
 impl Args {
-    /// The same, where it names a file alone: the folder is that of `--out`.
+    /// Beginning of the names of files; it may name no folder, since that is the one of `--out`.
     fn file_name(&self) -> Result<String> {
         let name = self.name();
         if Path::new(&name).file_name().is_some_and(|own| own == name.as_str()) {
@@ -202,13 +203,13 @@ impl Args {
         Err(Error::input("this is no name of a file").at_key("--name").read(name).help("state the folder by --out DIR"))
     }
 
-    /// What files and identifiers begin with.
+    /// Beginning of the names of files and identifiers.
     fn name(&self) -> String {
         let stem = || self.surrogate.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         self.name.clone().unwrap_or_else(stem)
     }
 
-    /// Where to write.
+    /// Folder to write into.
     fn folder(&self) -> &Path {
         self.out.as_deref().or(self.surrogate.parent()).unwrap_or(Path::new(""))
     }

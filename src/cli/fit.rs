@@ -32,8 +32,8 @@ pub struct Args {
     /// Columns that are neither conditions nor to be fitted
     #[arg(long = "ignore", value_name = "NAME")]
     ignored: Vec<String>,
-    /// Table of the slopes along what is uncertain (default: slopes.csv or slopes.parquet beside a table called sweep); none
-    /// leaves the answers with the band of the fit alone
+    /// Table of the slopes along uncertain parameters (default: slopes.csv or slopes.parquet beside a table called sweep);
+    /// none leaves the answers with the band of the fit alone
     #[arg(long, value_name = "FILE|none")]
     slopes: Option<PathBuf>,
     /// Table of conditions with held variables at other values (default: followed.csv or followed.parquet beside a table called
@@ -92,7 +92,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     for note in &fit.notes {
         out.note(note);
     }
-    // Where all are temperatures it is K.
+    // If all points are temperatures, errors are in K.
     let has_others = fit.points.iter().any(|p| unit_of_errors(&p.unit) != "K");
     let rows: Vec<Vec<String>> = (fit.points.iter().enumerate())
         .map(|(i, p)| {
@@ -125,14 +125,15 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
 /// The reduced model in a file.
 fn reduced_model(path: &Path) -> Result<ReducedModel> {
     let Some(bytes) = super::reduced::bytes(path, &[])? else {
-        // A file that is not there is told as such.
+        // A missing file gets its own message.
         input::read(path)?;
         return Err(Error::input("this is no reduced model").in_file(path).help("make one with `coldplate reduce MACHINE --histories`"));
     };
     ReducedModel::from_bytes(&bytes).map_err(|e| e.in_file(path))
 }
 
-/// A table that belongs to the one to be fitted: the one stated, or that called `name` beside the results of a sweep.
+/// A table that belongs to the one to be fitted: the stated one, or the one called `name` beside the results of a
+/// sweep.
 fn beside(args: &Args, stated: &Option<PathBuf>, name: &str) -> Option<PathBuf> {
     match stated {
         Some(path) if path.as_os_str() == "none" => None,
@@ -145,7 +146,8 @@ fn beside(args: &Args, stated: &Option<PathBuf>, name: &str) -> Option<PathBuf> 
     }
 }
 
-/// A surrogate under the name of a table or a sheet would be taken for one; devices and pipes have the names they have.
+/// Refuses endings of tables and sheets, under which a surrogate would be taken for one; devices and pipes have the
+/// names they have.
 pub(super) fn check_ending(path: &Path) -> Result<()> {
     let is_other = path.extension().is_some_and(|e| !e.eq_ignore_ascii_case("cps"));
     if is_other && !std::fs::metadata(path).is_ok_and(|m| !m.is_file()) {

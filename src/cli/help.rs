@@ -1,4 +1,5 @@
-//! What `--help`, completions and manual pages say beside the options themselves: examples, and headings of what options are.
+//! Parts of `--help`, completions and manual pages beside the options themselves: examples, and headings of groups of
+//! options.
 
 use clap::{Arg, Command, CommandFactory};
 
@@ -81,7 +82,7 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
     ("man", &["coldplate man --out out/man"]),
 ];
 
-/// Options by what they are about; those named here with a command are that command's alone.
+/// Options by subject. A name with a command belongs to that command alone.
 const HEADINGS: &[(&str, &[&str])] = &[
     ("Condition", &["coolant_flow", "coolant_temperature", "motor_speed", "ambient_temperature", "at"]),
     ("Machine", &["set", "cells", "machine", "full", "mesh_accuracy", "mesh_tolerance", "no_mesh_error"]),

@@ -1,4 +1,4 @@
-//! Where the parts of a machine are hottest.
+//! The hottest places of the parts of a machine.
 
 use serde::Serialize;
 
@@ -24,7 +24,7 @@ pub fn hottest(machine: &Machine, mesh: &Mesh, temperatures: &[f64]) -> Vec<Plac
     mesh.hottest(temperatures).into_iter().map(place).collect()
 }
 
-/// The same as a table.
+/// Table of the hottest places.
 pub fn hottest_text(places: &[Place]) -> String {
     let row = |own: &Place| {
         let at = own.at_m.map(|x| format!("{:.1}", x * 1e3));

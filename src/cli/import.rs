@@ -24,29 +24,30 @@ pub struct Args {
     /// Columns that are condition variables, beside the four that always are
     #[arg(long = "input", value_name = "NAME")]
     inputs: Vec<String>,
-    /// Unit of a column that the file states none of, or another to be converted to: motor=degC
+    /// Unit of a column without one in the file, or another unit to be converted to: motor=degC
     #[arg(long = "unit", value_name = "NAME=UNIT")]
     units: Vec<String>,
-    /// Of VTU files: a measurement point, NAME=FIELD @ PLACE; the place is "100 mm, 20 mm, 5 mm", "point 17" or "cell 3"
+    /// For VTU files: a measurement point, NAME=FIELD @ PLACE; the place is "100 mm, 20 mm, 5 mm", "point 17" or "cell
+    /// 3"
     #[arg(long = "point", value_name = "POINT")]
     points: Vec<String>,
-    /// Of VTU files: their conditions, as a table with the file's name in a column `file`
+    /// For VTU files: their conditions, as a table with the file's name in a column `file`
     #[arg(long, value_name = "FILE", conflicts_with = "names")]
     conditions: Option<PathBuf>,
-    /// Of VTU files: how their names have the conditions, for example "rig_{{coolant_flow:L/min}}.vtu"
+    /// For VTU files: how their names state the conditions, for example "rig_{{coolant_flow:L/min}}.vtu"
     #[arg(long, value_name = "NAMES")]
     names: Option<String>,
-    /// Of VTU files: the length unit of their coordinates
+    /// For VTU files: the length unit of their coordinates
     #[arg(long, value_name = "UNIT", default_value = "m")]
     length: String,
 }
 
-/// What was written: each field is a key of `coldplate import --json`.
+/// Record of the table written: each field is a key of `coldplate import --json`.
 #[derive(Debug, Serialize)]
 struct ImportRecord {
     file: String,
     rows: usize,
-    /// With their units.
+    /// Names of the conditions with their units.
     conditions: Vec<String>,
     outputs: Vec<String>,
     /// Columns without unit, which are no numbers.

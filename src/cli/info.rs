@@ -1,4 +1,4 @@
-//! `coldplate info`: what is in a file.
+//! `coldplate info`: content of a file.
 
 use std::path::PathBuf;
 
@@ -11,7 +11,7 @@ use coldplate_jobs::info::{
     TableInfo,
 };
 
-/// What is in a file: a surrogate, a reduced model, a machine, a sweep, its journal, or a table
+/// Content of a file: a surrogate, a reduced model, a machine, a sweep, its journal, or a table
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Surrogate (.cps), reduced model (.cpr), machine or sweep file (.toml), journal, or table (.csv, .parquet)
@@ -21,7 +21,7 @@ pub struct Args {
 /// Runs the command.
 ///
 /// # Errors
-/// The file cannot be read or is of no kind that is known.
+/// The file cannot be read or is of no known kind.
 pub fn run(args: &Args, out: Output) -> Result<u8> {
     let info = Info::of(&args.file)?;
     let text = match &info {

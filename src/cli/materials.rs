@@ -1,4 +1,4 @@
-//! `coldplate materials`: what machine files may name without defining it.
+//! `coldplate materials`: materials and liquids that machine files may name without defining them.
 
 use super::output::Output;
 use super::text::table;
@@ -11,7 +11,7 @@ use coldplate_describe::machine::{Catalogue, LiquidRecord, MaterialRecord, Prope
 /// One of your own: [material.NAME] with conductivity, density, specific_heat; base = "steel" takes the rest from there.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Only what has this in its name or source
+    /// Only entries with this text in name or source
     #[arg(value_name = "TEXT")]
     search: Option<String>,
 }

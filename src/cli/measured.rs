@@ -8,7 +8,7 @@ use coldplate_describe::machine::Machine;
 use coldplate_evidence::given::stated;
 use coldplate_evidence::measurement::{Data, Uncertainty};
 
-/// How uncertain the readings are: from `DATA.toml` beside the table, or usual values, which is said.
+/// Uncertainty of the readings: from `DATA.toml` beside the table, or default values, with a note.
 ///
 /// # Errors
 /// Errors of [`Uncertainty::beside`].

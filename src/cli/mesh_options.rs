@@ -1,17 +1,17 @@
-//! How finely the machine is meshed, as command-line options.
+//! Fineness of the mesh, as command-line options.
 
 use super::condition::pair_of;
 use coldplate_base::error::Result;
 use coldplate_base::numbers::significant;
 use coldplate_solve::meshed::{ChosenCells, MeshedMachine};
 
-/// How many cells, or how far the cells may be off.
+/// Number of cells, or the error that the cells may leave.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub struct CellsArgs {
     /// About how many cells (default: the machine file's own)
     #[arg(long, value_name = "N")]
     pub cells: Option<usize>,
-    /// Instead of --cells: choose cells so that they leave less than this open in every reading
+    /// Instead of --cells: choose cells for an error below this in every reading
     #[arg(id = "mesh_accuracy", long = "accuracy", value_name = "KELVIN", allow_hyphen_values = true, conflicts_with = "cells")]
     pub accuracy: Option<String>,
 }
@@ -26,13 +26,13 @@ impl CellsArgs {
         sets.iter().map(|s| pair_of(s, "--set")).chain(accuracy).collect()
     }
 
-    /// Which of the options is given, and whether one is.
+    /// Name of the given option, and whether one is given.
     pub fn given(&self) -> (&'static str, bool) {
         (if self.accuracy.is_some() { "--accuracy" } else { "--cells" }, self.cells.is_some() || self.accuracy.is_some())
     }
 }
 
-/// What cells that the file states leave open beside those that were chosen, where it is more than a tenth of the accuracy.
+/// One line for each part whose cell counts the file fixes and which leaves more than a tenth of the accuracy open.
 pub fn stated_cells<'a>(model: &'a MeshedMachine, chosen: &'a ChosenCells) -> impl Iterator<Item = String> + 'a {
     let much = chosen.stated.iter().filter(|(_, open)| *open > 0.1 * chosen.accuracy);
     much.map(|(part, open)| {

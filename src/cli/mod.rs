@@ -1,4 +1,4 @@
-//! The command line: one file per subcommand, arguments in, a library call, a report out.
+//! The command line: one file per subcommand; each turns arguments into a library call and reports its result.
 
 mod chart;
 mod check;
@@ -55,7 +55,7 @@ struct Cli {
     /// No progress and no notes on standard error
     #[arg(long, global = true, help_heading = "Program")]
     quiet: bool,
-    /// Progress as lines on standard error, also where that is no terminal
+    /// Progress as lines on standard error, even if that is no terminal
     #[arg(long, global = true, help_heading = "Program", conflicts_with = "quiet")]
     progress: bool,
     /// Worker threads (default: all cores); results do not depend on it
@@ -87,7 +87,8 @@ enum Command {
     Identify(identify::Args),
     /// A machine beside measured data: prediction, residual, RMSE per test and sensor
     Predict(predict::Args),
-    /// What the simulation gets wrong against measured data, why, and how much better it gets
+    /// Errors of the simulation against measured data, their causes, and how much better the machine gets without
+    /// them
     Diagnose(diagnose::Args),
     /// Figures: from chart definitions, a surrogate file, or a folder of results
     Chart(chart::Args),
@@ -105,9 +106,9 @@ enum Command {
     Units(units::Args),
     /// Materials and liquids that machine files may name
     Materials(materials::Args),
-    /// What is in a file: a surrogate, a machine, a sweep, its journal, or a table
+    /// Content of a file: a surrogate, a machine, a sweep, its journal, or a table
     Info(info::Args),
-    /// What may stand in a machine file: JSON Schema for editors
+    /// JSON Schema of machine files, for editors
     Schema(schema::Args),
     /// Completions for a shell
     Completions(completions::Args),

@@ -19,7 +19,7 @@ pub struct Args {
     /// Name of the machine, or of its file: "motor" makes motor.toml and motor_sweep.toml; nothing is written over
     #[arg(value_name = "NAME", default_value = "machine")]
     name: PathBuf,
-    /// Which machine to start from; --list shows them
+    /// Machine to start from; --list shows the choice
     #[arg(long, value_name = "STARTER", default_value = "cold_plate")]
     from: String,
     /// Leave the sweep out
@@ -50,7 +50,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     if !args.no_sweep {
         files.push((sweep_path, sweep(&machine, &file)?));
     }
-    // Both or none.
+    // Both files are written, or none.
     for (path, _) in &files {
         must_be_new(path, "NAME")?;
     }

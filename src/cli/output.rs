@@ -13,7 +13,7 @@ use coldplate_base::atomic_file;
 use coldplate_base::error::{Error, Result};
 use coldplate_base::progress::Progress;
 
-/// Whether progress was asked for as lines, also where standard error is no terminal: one setting of the process, made
+/// Whether progress was asked for as lines, even if standard error is no terminal: one setting of the process, made
 /// before any work begins.
 static AS_LINES: AtomicBool = AtomicBool::new(false);
 
@@ -26,7 +26,7 @@ pub struct Output {
     pub quiet: bool,
 }
 
-/// Whether a report can be written there.
+/// Checks that a report can be written to this path.
 ///
 /// # Errors
 /// The name does not end in `.html`, or the place cannot be written.
@@ -38,8 +38,8 @@ pub fn check_page(path: &Path) -> Result<()> {
 }
 
 impl Output {
-    /// The result: `text` for a reader, or `record` as JSON where that was asked for. A closed pipe is no error; where
-    /// the result cannot be written otherwise, the program ends with status 2, because 0 would say that all is well.
+    /// The result: `text` for a reader, or `record` as JSON if that was asked for. A closed pipe is no error. If the
+    /// result cannot be written otherwise, the program ends with status 2, because 0 would say that all is well.
     pub fn report(self, text: &str, record: &impl Serialize) {
         let mut stdout = std::io::stdout().lock();
         let written = match self.json.then(|| serde_json::to_value(record)) {
@@ -70,23 +70,23 @@ impl Output {
         }
     }
 
-    /// From now on, progress comes as lines on standard error, also where that is no terminal.
+    /// Switches progress to lines on standard error, even if that is no terminal.
     pub fn progress_as_lines() {
         AS_LINES.store(true, Ordering::Relaxed);
     }
 
-    /// Hears of the progress of the library: remarks as lines, counted work as a bar.
+    /// Receives the progress of the library: remarks as lines, counted work as a bar.
     pub fn progress(self) -> Terminal {
         Terminal { output: self, bar: Mutex::new(None), spinner: Mutex::new(None) }
     }
 
-    /// Where bars go: a terminal or nowhere.
+    /// Target of bars: a terminal or nowhere.
     pub fn target(self) -> ProgressDrawTarget {
         if self.quiet || AS_LINES.load(Ordering::Relaxed) { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() }
     }
 }
 
-/// Whether standard output still takes what is written: a closed pipe does not. Any other failure ends the program.
+/// Whether standard output is still open; a closed pipe is not. Any other failure ends the program.
 fn is_open(written: std::io::Result<()>) -> bool {
     match written {
         Ok(()) => true,
@@ -98,8 +98,7 @@ fn is_open(written: std::io::Result<()>) -> bool {
     }
 }
 
-/// Progress on standard error, unless quiet; bars and what is shown in place only if that is a terminal, or as lines where
-/// that was asked for.
+/// Progress on standard error, unless quiet: bars on a terminal, or lines if they were asked for.
 #[derive(Debug)]
 pub struct Terminal {
     output: Output,

@@ -20,7 +20,7 @@ pub struct Args {
     machine: PathBuf,
     /// Measured data: CSV with test, conditions and sensors (default: the measurements in the machine file)
     data: Option<PathBuf>,
-    /// Of this test only; may be repeated (default: all tests)
+    /// Use this test only; may be repeated (default: all tests)
     #[arg(long = "use", value_name = "TEST")]
     use_tests: Vec<String>,
     /// Leave out a sensor; may be repeated
@@ -36,7 +36,7 @@ pub struct Args {
     /// Write the whole table: CSV, or Parquet by the name's ending
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Use every reading, faulty ones too (default: what is found to be faulty is named and left out)
+    /// Use every reading, faulty ones too (default: faulty readings are named and left out)
     #[arg(long)]
     keep_all: bool,
     /// Change a value of the machine file first
@@ -46,7 +46,7 @@ pub struct Args {
     cells: CellsArgs,
 }
 
-/// Most readings that are shown one by one.
+/// Most readings that are shown one by one, a count. Chosen: longer tables say little to a reader.
 const MOST_SHOWN: usize = 60;
 
 /// Runs the command.
@@ -91,7 +91,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
 fn text(found: &Residuals, study: &Study) -> String {
     let mut text = format!("{}\n", study.model.machine.name);
     let is_mixed = found.measurands.contains(&Measurand::Displacement);
-    // In one table with temperatures displacements say their unit.
+    // In a table with temperatures, displacements carry their unit.
     let unit = |k: usize| if is_mixed { format!(" {}", found.measurands[k].unit_of_differences()) } else { String::new() };
     let shown = |k: usize, reading: f64| {
         let own = found.measurands[k];

@@ -18,7 +18,7 @@ use coldplate_network::mesh::{Mesh, vtu};
 use coldplate_reduce::{Answer, ReducedModel};
 use coldplate_solve::meshed::MeshedMachine;
 
-/// As outside programs read it.
+/// The answer as outside programs read it.
 #[derive(Debug, Serialize)]
 struct Record {
     #[serde(flatten)]
@@ -27,10 +27,10 @@ struct Record {
     hottest: Option<Vec<Place>>,
 }
 
-/// The bytes of a file, if it is a reduced model; with it, options that are given (name, whether) mean nothing.
+/// The bytes of a file, if it is a reduced model. The `options` (name, whether given) mean nothing for one.
 ///
 /// # Errors
-/// One of these is given, or the file cannot be read.
+/// One of the options is given for a reduced model, or the file cannot be read.
 pub fn bytes(path: &Path, options: &[(&str, bool)]) -> Result<Option<Vec<u8>>> {
     if !input::begins_with(path, ReducedModel::FAMILY) {
         return Ok(None);
@@ -42,7 +42,7 @@ pub fn bytes(path: &Path, options: &[(&str, bool)]) -> Result<Option<Vec<u8>>> {
     input::read(path).map(Some)
 }
 
-/// Answers one condition; the field goes to `vtu`, and the hottest place of every part is told, where that is asked for.
+/// Answers one condition. If asked for, the field goes to `vtu`, and the hottest place of every part is reported.
 ///
 /// # Errors
 /// The file is damaged, or has no field and one is asked for; the condition is bad, or no steady state is found.

@@ -49,7 +49,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let progress = out.progress();
     let typed = parts::Typed { sweep: &args.sweep, cells: args.cells, set: &args.set, full: args.full };
     let slurm = parts::on_slurm(&sweep, &typed, &args.cluster, &folder, args.retry_failed, out)?;
-    // What failed on the cluster was tried again there.
+    // Conditions that failed on the cluster were tried again there.
     let retry_failed = args.retry_failed && slurm.is_none();
     let options = SweepOptions { threads: None, progress: Some(&progress), retry_failed };
     let summary = coldplate_jobs::run(&sweep, &folder, options, &progress)?;
@@ -110,7 +110,7 @@ fn to_json(summary: &Summary) -> serde_json::Value {
     all
 }
 
-/// A key that says its unit, where that is of temperatures or displacements; others stand under `unit` alone.
+/// A key with its unit for temperatures and displacements; other units stand under `unit` alone.
 fn keyed(of: &str, unit: &str) -> String {
     if matches!(unit, "K" | "um") { format!("{of}_{unit}") } else { of.to_string() }
 }
@@ -178,7 +178,7 @@ fn text(summary: &Summary) -> String {
     text + &format!("wrote {}\n", summary.folder.join("charts").display())
 }
 
-/// The same rows with the unit of the errors before the last column.
+/// Rows with the unit of the errors before the last column.
 fn with_units(rows: Vec<Vec<String>>, summary: &Summary) -> Vec<Vec<String>> {
     let with = |(mut row, point): (Vec<String>, &PointSummary)| {
         row.insert(row.len() - 1, point.unit.clone());

@@ -1,4 +1,4 @@
-//! `coldplate schema`: what may stand in a machine file, for editors and for the documentation.
+//! `coldplate schema`: the keys of machine files, for editors and for the documentation.
 
 use std::path::PathBuf;
 
@@ -7,7 +7,7 @@ use coldplate_base::error::{Error, Result, did_you_mean};
 use coldplate_base::{atomic_file, input};
 use coldplate_describe::machine::SCHEMA;
 
-/// What may stand in a machine file, as JSON Schema for editors
+/// JSON Schema of machine files, for editors
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "For editors with the Taplo language server (Even Better TOML): save the output as machine.schema.json and begin a \

@@ -1,4 +1,4 @@
-//! `coldplate sensitivity`: what every reading owes to every condition and number of the machine file.
+//! `coldplate sensitivity`: derivatives of every reading with respect to conditions and numbers of the machine file.
 
 use std::path::PathBuf;
 use std::time::Instant;
@@ -35,7 +35,7 @@ pub struct Args {
     set: Vec<String>,
     #[command(flatten)]
     cells: CellsArgs,
-    /// Of a reduced model: how far readings spread over so many draws of its parameters
+    /// For a reduced model: spread of the readings over this number of draws of its parameters
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=10_000_000))]
     draws: Option<u32>,
     /// Seed of the draws
@@ -87,7 +87,7 @@ fn text(at: &Derivatives<'_>, rows: &[Row], parameters: &[Parameter], found: &Ja
         text += &format!("\n{}: {:.3} {}\n", row.name, row.value, if row.is_absolute { "degC" } else { "K" });
         let importance = |p: usize| parameters[p].importance(slopes[p], at.value_of(&parameters[p]));
         let largest = (0..parameters.len()).map(importance).fold(0.0, f64::max);
-        // What is left of a parameter elsewhere in the machine is rounding here.
+        // A smaller derivative is rounding of a parameter that acts elsewhere in the machine.
         let mut order: Vec<usize> = (0..parameters.len()).filter(|p| !found.idle[*p] && importance(*p) > 1e-12 * largest).collect();
         order.sort_by(|a, b| importance(*b).total_cmp(&importance(*a)));
         let shown: Vec<Vec<String>> = (order.iter().take(top))

@@ -49,12 +49,12 @@ pub struct Args {
     most_connections: usize,
 }
 
-/// What is said once questions can be asked.
+/// Report once requests can be answered.
 #[derive(Debug, Serialize)]
 struct Record {
-    /// Where.
+    /// Address that the service listens at.
     address: String,
-    /// Names of what can be asked.
+    /// Names of the surrogates.
     surrogates: Vec<String>,
 }
 
@@ -109,27 +109,27 @@ fn token(path: &PathBuf) -> Result<Token> {
     })
 }
 
-/// All that is served.
+/// The surrogates that are served, and their files.
 struct Shelf {
     names: Vec<String>,
     places: Vec<Place>,
     out: Output,
 }
 
-/// A file, and what was read from it last.
+/// A file, and the surrogate that was read from it last.
 struct Place {
     path: PathBuf,
     book: RwLock<Arc<Book>>,
 }
 
 impl Place {
-    /// What is asked from now on. Nothing can go wrong while it is held, so the lock is never poisoned.
+    /// The surrogate for requests from now on. Nothing can go wrong while the lock is held, so it is never poisoned.
     fn book(&self) -> Arc<Book> {
         self.book.read().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Reads the file again. Questions under way are answered by what they began with; a file that cannot be used changes nothing.
-    /// What there is to say of it, where there is anything.
+    /// Reads the file again, and returns a message if there is one. Requests under way are answered by the surrogate they began
+    /// with; a file that cannot be used changes nothing.
     fn reread(&self) -> Option<String> {
         let old = self.book();
         if input::read(&self.path).is_ok_and(|bytes| old.is_of(&bytes)) {
@@ -253,7 +253,7 @@ fn form(options: Vec<(String, String)>) -> Result<Form> {
     Ok(form)
 }
 
-/// An error as the service tells it: what the terminal says, and its parts.
+/// An error for a client: the message of the terminal, and its parts.
 fn refusal(error: Error) -> Refusal {
     let status = if error.kind() == Kind::Input { 400 } else { 500 };
     let (key, help) = (error.location().key.clone(), error.remedy().map(str::to_owned));

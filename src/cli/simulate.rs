@@ -81,7 +81,7 @@ pub struct Args {
     /// Keep the state in this file while running, to go on from with --resume
     #[arg(long, value_name = "FILE")]
     checkpoint: Option<PathBuf>,
-    /// How often the checkpoint is written, by the clock on the wall; it is, at output times alone
+    /// Least time between checkpoints, in real time; they are written at output times only
     #[arg(long, value_name = "TIME", default_value = "5 s", requires = "checkpoint")]
     checkpoint_every: String,
     /// Go on from the checkpoint, if it is there
@@ -89,7 +89,8 @@ pub struct Args {
     resume: bool,
 }
 
-/// Most conditions of the schedule that cells are chosen for, where an accuracy is asked for.
+/// Most conditions of the schedule that cells are chosen for, a count, if an accuracy is asked for. Chosen: each
+/// costs solves on several meshes.
 const CHOSEN_AT: usize = 8;
 
 /// Runs the command.
@@ -172,7 +173,7 @@ fn of_surrogate(bytes: &[u8], args: &Args, mut options: simulate::SimulateOption
     tell(&model.subject(), &history, args, start, out)
 }
 
-/// What is asked of the schedule's rows.
+/// Options for the schedule's rows.
 fn rows(args: &Args) -> Result<schedule::ScheduleOptions> {
     let until = args.until.as_deref().map(|text| parse(text, Dimension::TIME).map_err(|e| e.at_key("--until"))).transpose()?;
     if args.repeat == 0 {
@@ -239,7 +240,7 @@ fn watch(text: &str, sensors: &[&str], measurands: &[Measurand]) -> Result<Watch
     Ok(Watch { sensor, value: own.of_si(parse(&value, own.dimension()).map_err(|e| e.at_key("--passes"))?) })
 }
 
-/// What the user should know of the schedule.
+/// Notes for the user on the schedule.
 fn notes(machine: &Machine, schedule: &Schedule, out: Output) {
     if !schedule.ignored.is_empty() {
         out.note(&format!("note: these columns are no conditions and are left aside: {}", schedule.ignored.join(", ")));
@@ -306,7 +307,7 @@ fn largest(bounds: &[Vec<f64>], sensors: usize) -> Vec<f64> {
     (0..sensors).map(|s| bounds.iter().map(|row| row[s]).fold(0.0, f64::max)).collect()
 }
 
-/// A time at which something is passed: as a reader says it, in seconds, and how far it may be off where that is known.
+/// A time at which a value is passed, in words and in seconds, and its error if known.
 fn moment(passed: Passed) -> String {
     let within = passed.within.map_or(String::new(), |within| format!(" +- {}", significant(within, 2)));
     format!("{} ({}{within} s)", duration(passed.at), significant(passed.at, 6))
@@ -331,7 +332,7 @@ fn text(model: &Subject<'_>, history: &History, seconds: f64) -> String {
     let mut text = format!("{}\n{} from {} to {}\n\n", model.name, duration(end - start), duration(start), duration(end));
     let near = history.within;
     let is_mixed = model.measurands.contains(&Measurand::Displacement);
-    // In one table with temperatures displacements say their unit.
+    // In a table with temperatures, displacements carry their unit.
     let unit = |s: usize| if is_mixed { format!(" {}", model.measurands[s].unit()) } else { String::new() };
     let kelvin = if is_mixed { "K (um)" } else { "K" };
     let degrees = |what: &str| if is_mixed { what.to_string() } else { format!("{what} degC") };

@@ -32,10 +32,10 @@ pub struct Args {
     set: Vec<String>,
     #[command(flatten)]
     cells: CellsArgs,
-    /// Warn where the mesh leaves more than this open in a reading
+    /// Warn if the error by the mesh is larger than this in a reading
     #[arg(long, value_name = "KELVIN", default_value = "0.1 K", allow_hyphen_values = true)]
     mesh_tolerance: String,
-    /// Do not estimate what the mesh leaves open: saves two solutions with an eighth and a 27th of the cells
+    /// Do not estimate the error by the mesh: saves two solutions with an eighth and a 27th of the cells
     #[arg(long)]
     no_mesh_error: bool,
     /// Write the temperature field for ParaView
@@ -83,7 +83,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let solver = model.solver_heard(&condition, &progress)?;
     let state = model.solve(&solver, &condition)?;
     drop(solver);
-    progress.at("what the mesh costs");
+    progress.at("error by the mesh");
     let is_asked = !args.no_mesh_error && model.chosen.is_none();
     let mesh = if is_asked { mesh_errors(&model, &condition, &state, out) } else { None };
     drop(progress);
@@ -105,7 +105,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     Ok(0)
 }
 
-/// A solution, and where the parts are hottest where that is asked for.
+/// A solution, and the hottest places of the parts if asked for.
 #[derive(Serialize)]
 struct WithPlaces<R> {
     #[serde(flatten)]
@@ -114,18 +114,18 @@ struct WithPlaces<R> {
     hottest: Option<Vec<Place>>,
 }
 
-/// What the mesh leaves open, or a note why that is not known.
+/// Errors by the mesh, or a note why they are not known.
 fn mesh_errors(model: &MeshedMachine, condition: &Condition, state: &SteadyState, out: Output) -> Option<MeshErrors> {
     if !model.mesh.tetra.is_empty() {
-        out.note("note: what the mesh costs is not known: imported parts keep their elements");
+        out.note("note: the error by the mesh is not known: imported parts keep their elements");
     }
     model.mesh_errors(condition, state).unwrap_or_else(|error| {
-        out.note(&format!("note: what the mesh costs is not known: a coarser mesh gives '{}'", error.what()));
+        out.note(&format!("note: the error by the mesh is not known: a coarser mesh gives '{}'", error.what()));
         None
     })
 }
 
-/// A warning where readings are less certain on this mesh than is asked for.
+/// A warning if readings are less certain on this mesh than asked for.
 fn too_coarse(model: &MeshedMachine, mesh: &MeshErrors, tolerance: f64) -> Option<String> {
     let temperatures = model.network.measurands.iter().map(|own| *own == Measurand::Temperature);
     let names = model.network.sensor_names.iter().zip(&mesh.errors).zip(temperatures);

@@ -1,6 +1,6 @@
 //! Plain-text tables for readers.
 
-/// A rule is no wider than a page, however long its sentences are.
+/// Widest rule under a heading, in characters. Chosen: a page, however long the sentences in the table are.
 const WIDEST_RULE: usize = 118;
 
 /// A table with a heading row; columns are as wide as their widest cell, numbers stand to the right.

@@ -1,4 +1,4 @@
-//! `coldplate units`: what may stand as a unit.
+//! `coldplate units`: units that values may carry.
 
 use serde::Serialize;
 
@@ -13,12 +13,12 @@ use coldplate_base::units::{KnownQuantity, KnownUnit, quantities, symbols};
 /// Symbols are put together with spaces, slashes, brackets and powers: "W/(m2 K)", "kg m2", "J/kg/K", "m^3/s".
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Only what has this in its symbol, its quantity or its SI unit
+    /// Only units with this text in symbol, quantity or SI unit
     #[arg(value_name = "TEXT")]
     search: Option<String>,
 }
 
-/// What is known: each field is a key of `coldplate units --json`.
+/// Known units: each field is a key of `coldplate units --json`.
 #[derive(Debug, Serialize)]
 struct UnitsRecord {
     units: Vec<KnownUnit>,

@@ -20,9 +20,9 @@ use coldplate_surrogate::verdict::update::{self, UpdateRecord};
 use coldplate_surrogate::verdict::{Surrogate, condition};
 use coldplate_tables::Table;
 
-/// Standard deviation of a reading where nothing is said of it.
+/// Standard deviation of a reading, unless it is stated. Chosen: a usual temperature sensor.
 const USUAL_NOISE: &str = "0.1 K";
-/// Readings outside these bounds, K, are no temperatures of a machine: scanners write such numbers where a sensor does not answer.
+/// Plausible temperatures of a machine, K. Chosen wide: outside lie the numbers that scanners write if a sensor does not answer.
 const PLAUSIBLE: std::ops::Range<f64> = 150.0..1500.0;
 
 /// New readings into the parameters of a surrogate file, so that its answers follow the machine
@@ -34,7 +34,8 @@ pub struct Args {
     surrogate: PathBuf,
     /// Steady readings: CSV or Parquet with the surrogate's variables and points, units in the header
     data: PathBuf,
-    /// Standard deviation of a reading (default: what DATA.toml beside the data says of noise, bias and condition, else 0.1 K)
+    /// Standard deviation of a reading (default: noise, bias and condition as DATA.toml beside the data states them, else 0.1
+    /// K)
     #[arg(long, value_name = "K")]
     noise: Option<String>,
     /// Surrogate file to write (default: the one that was read)
@@ -43,7 +44,7 @@ pub struct Args {
     /// Write it even if the readings leave the model
     #[arg(long)]
     anyway: bool,
-    /// Use every reading, faulty ones too (default: what is found to be faulty is named and left out)
+    /// Use every reading, faulty ones too (default: faulty readings are named and left out)
     #[arg(long)]
     keep_all: bool,
 }
@@ -84,13 +85,13 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
 /// A table and the lines of its rows.
 fn read(path: &Path) -> Result<(Table, Vec<usize>)> {
     let (table, mut lines) = Table::read_with_lines(path)?;
-    // The first is that of the header.
+    // The first line is the header.
     lines.drain(..lines.len().min(1));
     Ok((table, lines))
 }
 
-/// Empties the cells of a table that no working sensor shows, as `predict` finds them, beside what the surrogate answers: those that were
-/// found. A column that is missing finds nothing here; taking the table in names it.
+/// Empties the cells of a table with readings that no working sensor shows, by the tests of `predict`, beside the surrogate's answers;
+/// returns the faults found. A missing column finds nothing here; taking the table in names it.
 fn clear(table: &mut Table, lines: &[usize], surrogate: &Surrogate<'_>, instruments: &Instruments) -> Result<Vec<Fault>> {
     let is_log = table.columns.iter().any(|c| c.name == "time");
     let points: Vec<(usize, usize)> = (surrogate.points().enumerate())
@@ -109,7 +110,7 @@ fn clear(table: &mut Table, lines: &[usize], surrogate: &Surrogate<'_>, instrume
     let kelvin = |(_, column): &(usize, usize)| -> Result<Vec<f64>> {
         let own = &table.columns[*column];
         convert(300.0, &own.unit, Dimension::TEMPERATURE).map_err(|e| e.at_key(own.header()))?;
-        // What lies below absolute zero is as impossible as that is.
+        // Values below absolute zero count as impossible.
         let one = |value: &f64| if value.is_nan() { f64::NAN } else { convert(*value, &own.unit, Dimension::TEMPERATURE).unwrap_or(0.0) };
         Ok(own.values.iter().map(one).collect())
     };
@@ -160,7 +161,7 @@ fn clear(table: &mut Table, lines: &[usize], surrogate: &Surrogate<'_>, instrume
     Ok(found)
 }
 
-/// Readings that are no temperatures of a machine, by their rows and columns as they are `shown` in the file.
+/// Readings that are no temperatures of a machine, by row and column as `shown` in the file.
 fn impossible(data: &Data, shown: &dyn Fn(usize, usize) -> String) -> Vec<Fault> {
     let mut found = Vec::new();
     for (r, row) in data.rows.iter().enumerate() {
@@ -175,7 +176,7 @@ fn impossible(data: &Data, shown: &dyn Fn(usize, usize) -> String) -> Vec<Fault>
     found
 }
 
-/// What is known of the instruments.
+/// Standard deviations of the instruments.
 fn instruments(args: &Args, surrogate: &Surrogate<'_>) -> Result<Instruments> {
     let beside = args.data.with_extension("toml");
     let noise = match &args.noise {
@@ -233,7 +234,7 @@ mod tests {
 
     const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/crates/runtime/fixtures/uncertain.cps");
 
-    /// Conditions, and what the surrogate answers there, a few hundredths off as readings are.
+    /// Conditions, and the surrogate's answers there, a few hundredths off like readings.
     fn readings(surrogate: &Surrogate<'_>) -> Table {
         let rows = [[8.0, 20.0, 21.0], [5.0, 20.0, 21.0], [4.0, 18.0, 22.0], [10.0, 22.0, 24.0], [3.0, 16.0, 20.0], [6.0, 24.0, 25.0]];
         let mut values = [0.0; 2];

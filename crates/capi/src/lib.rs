@@ -12,18 +12,29 @@ use std::{ptr, slice};
 
 use coldplate_runtime::{Acceptability, Band, LimitValue, OpenError, Surrogate};
 
-/// Return code of a function: success.
+/// Return code: success.
 const DONE: c_int = 0;
+/// Return code: a pointer is null.
 const NULL: c_int = 1;
+/// Return code: the bytes are no surrogate file.
 const NOT_A_SURROGATE: c_int = 2;
+/// Return code: the version of the layout is unknown.
 const VERSION: c_int = 3;
+/// Return code: the file is damaged.
 const DAMAGED: c_int = 4;
+/// Return code: the file is malformed.
 const MALFORMED: c_int = 5;
+/// Return code: a self-test is not reproduced.
 const SELF_TEST: c_int = 6;
+/// Return code: an array has a wrong length.
 const LENGTH: c_int = 7;
+/// Return code: an index is out of range.
 const INDEX: c_int = 8;
+/// Return code: the confidence is out of range.
 const CONFIDENCE: c_int = 9;
+/// Return code: the file holds steady states only.
 const STEADY: c_int = 10;
+/// Return code: a number is not finite or out of range.
 const NUMBER: c_int = 11;
 
 /// Texts of the codes above, each ended by a zero.
@@ -179,7 +190,7 @@ pub unsafe extern "C" fn coldplate_limits(handle: *const Handle) -> usize {
 /// `handle` is open, or null; `out` is null or a place for the answer. The texts last as long as the file's bytes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn coldplate_variable(handle: *const Handle, index: usize, out: *mut Entry) -> c_int {
-    // SAFETY: the caller promises what the pointers point to.
+    // SAFETY: the caller promises the memory behind the pointers.
     let (Some(own), Some(out)) = (unsafe { handle.as_ref() }, unsafe { out.as_mut() }) else { return NULL };
     let Some(found) = own.0.variable(index) else { return INDEX };
     *out = Entry { name: text(found.name), unit: text(found.unit), low: found.low, high: found.high };
@@ -192,7 +203,7 @@ pub unsafe extern "C" fn coldplate_variable(handle: *const Handle, index: usize,
 /// Requirements of [`coldplate_variable`].
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn coldplate_point(handle: *const Handle, index: usize, out: *mut Entry) -> c_int {
-    // SAFETY: the caller promises what the pointers point to.
+    // SAFETY: the caller promises the memory behind the pointers.
     let (Some(own), Some(out)) = (unsafe { handle.as_ref() }, unsafe { out.as_mut() }) else { return NULL };
     let Some(found) = own.0.point(index) else { return INDEX };
     *out = Entry { name: text(found.name), unit: text(found.unit), low: -found.half_width, high: found.half_width };
@@ -205,7 +216,7 @@ pub unsafe extern "C" fn coldplate_point(handle: *const Handle, index: usize, ou
 /// Requirements of [`coldplate_variable`].
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn coldplate_limit_name(handle: *const Handle, index: usize, out: *mut Text) -> c_int {
-    // SAFETY: the caller promises what the pointers point to.
+    // SAFETY: the caller promises the memory behind the pointers.
     let (Some(own), Some(out)) = (unsafe { handle.as_ref() }, unsafe { out.as_mut() }) else { return NULL };
     let Some(found) = own.0.limit(index) else { return INDEX };
     *out = text(found.name);
@@ -224,7 +235,7 @@ pub unsafe extern "C" fn coldplate_evaluate(
     values: *mut f64,
     points: usize,
 ) -> c_int {
-    // SAFETY: the caller promises what the pointers point to.
+    // SAFETY: the caller promises the memory behind the pointers.
     let (Some(own), Some(x), Some(values)) =
         (unsafe { handle.as_ref() }, unsafe { numbers(x, variables) }, unsafe { places(values, points) })
     else {
@@ -245,7 +256,7 @@ pub unsafe extern "C" fn coldplate_offset(
     offsets: *mut f64,
     points: usize,
 ) -> c_int {
-    // SAFETY: the caller promises what the pointers point to.
+    // SAFETY: the caller promises the memory behind the pointers.
     let (Some(own), Some(x), Some(offsets)) =
         (unsafe { handle.as_ref() }, unsafe { numbers(x, variables) }, unsafe { places(offsets, points) })
     else {
@@ -266,7 +277,7 @@ pub unsafe extern "C" fn coldplate_gradient(
     point: usize,
     gradient: *mut f64,
 ) -> c_int {
-    // SAFETY: the caller promises what the pointers point to.
+    // SAFETY: the caller promises the memory behind the pointers.
     let (Some(own), Some(x), Some(gradient)) =
         (unsafe { handle.as_ref() }, unsafe { numbers(x, variables) }, unsafe { places(gradient, variables) })
     else {
@@ -293,13 +304,13 @@ pub unsafe extern "C" fn coldplate_assess(
     points: usize,
     verdict: *mut VerdictRecord,
 ) -> c_int {
-    // SAFETY: the caller promises what the pointers point to.
+    // SAFETY: the caller promises the memory behind the pointers.
     let (Some(own), Some(x), Some(values)) =
         (unsafe { handle.as_ref() }, unsafe { numbers(x, variables) }, unsafe { places(values, points) })
     else {
         return NULL;
     };
-    // SAFETY: the caller promises what the pointers point to, for these as for those above.
+    // SAFETY: the caller promises the memory behind these pointers too.
     let (Some(bands), Some(verdict)) = (unsafe { places(bands, points) }, unsafe { verdict.as_mut() }) else { return NULL };
     if !(confidence > 0.5 && confidence < 1.0) {
         return CONFIDENCE;
@@ -330,7 +341,7 @@ pub unsafe extern "C" fn coldplate_limit(
     points: usize,
     out: *mut LimitRecord,
 ) -> c_int {
-    // SAFETY: the caller promises what the pointers point to.
+    // SAFETY: the caller promises the memory behind the pointers.
     let (Some(own), Some(x), Some(values)) =
         (unsafe { handle.as_ref() }, unsafe { numbers(x, variables) }, unsafe { numbers(values, points) })
     else {

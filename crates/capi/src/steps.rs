@@ -35,7 +35,7 @@ pub unsafe extern "C" fn coldplate_states(handle: *const Handle) -> usize {
 /// Requirements of [`coldplate_evaluate`](crate::coldplate_evaluate); `out` is null or a place for a state.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn coldplate_at_rest(handle: *const Handle, x: *const f64, variables: usize, out: *mut StateRecord) -> c_int {
-    // SAFETY: the caller promises what the pointers point to.
+    // SAFETY: the caller promises the memory behind the pointers.
     let (Some(own), Some(x)) = (unsafe { handle.as_ref() }, unsafe { numbers(x, variables) }) else { return NULL };
     // SAFETY: the caller promises a place for a state, or null.
     unsafe { put(own.0.at_rest(x), out) }
@@ -47,7 +47,7 @@ pub unsafe extern "C" fn coldplate_at_rest(handle: *const Handle, x: *const f64,
 /// `handle` is open, or null; `out` is null or a place for a state.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn coldplate_at_temperature(handle: *const Handle, temperature: f64, out: *mut StateRecord) -> c_int {
-    // SAFETY: the caller promises what the pointers point to.
+    // SAFETY: the caller promises the memory behind the pointers.
     let Some(own) = (unsafe { handle.as_ref() }) else { return NULL };
     // SAFETY: the caller promises a place for a state, or null.
     unsafe { put(own.0.at_temperature(temperature), out) }
@@ -69,7 +69,7 @@ pub unsafe extern "C" fn coldplate_at_readings(
     deviation: f64,
     out: *mut StateRecord,
 ) -> c_int {
-    // SAFETY: the caller promises what the pointers point to.
+    // SAFETY: the caller promises the memory behind the pointers.
     let (Some(own), Some(x), Some(readings)) =
         (unsafe { handle.as_ref() }, unsafe { numbers(x, variables) }, unsafe { numbers(readings, points) })
     else {
@@ -91,7 +91,7 @@ pub unsafe extern "C" fn coldplate_step(
     x: *const f64,
     variables: usize,
 ) -> c_int {
-    // SAFETY: the caller promises what the pointers point to.
+    // SAFETY: the caller promises the memory behind the pointers.
     let (Some(own), Some(record), Some(x)) = (unsafe { handle.as_ref() }, unsafe { state.as_mut() }, unsafe { numbers(x, variables) })
     else {
         return NULL;
@@ -119,7 +119,7 @@ pub unsafe extern "C" fn coldplate_read(
     values: *mut f64,
     points: usize,
 ) -> c_int {
-    // SAFETY: the caller promises what the pointers point to.
+    // SAFETY: the caller promises the memory behind the pointers.
     let (Some(own), Some(record), Some(x), Some(values)) =
         (unsafe { handle.as_ref() }, unsafe { state.as_ref() }, unsafe { numbers(x, variables) }, unsafe { places(values, points) })
     else {

@@ -22,10 +22,10 @@ use coldplate_describe::machine::Machine;
 /// per per cent). Chosen; no measurement stands behind it.
 const KELVIN_BETWEEN_TESTS: f64 = 10.0;
 /// Minus twice the logarithm of the prior odds that a part of the level is not zero, 0.07 to 0.93; dimensionless. Chosen with
-/// the days of two heaters on a board in view (docs/diagnosis.md).
+/// the days of two heaters on a board in view (docs/record/diagnosis-measured.md).
 pub const PRICE: f64 = 5.2;
 /// Prior of the wandering error if it is not zero: median, K, and width as a natural logarithm. Chosen with the days of two
-/// heaters on a board in view (docs/diagnosis.md), as are the three priors below.
+/// heaters on a board in view (docs/record/diagnosis-measured.md), as are the three priors below.
 const WANDERING: (f64, f64) = (0.1, 1.5);
 /// Prior of the factor between tests if it is not zero: median as a share of the heats, and width as a natural logarithm.
 const BETWEEN_TESTS: (f64, f64) = (0.02, 0.5);
@@ -37,10 +37,10 @@ const MEMORY: (f64, f64) = (0.05, 0.7);
 /// Grid of wandering errors that the search tries, K. Chosen: a finer grid costs one factorisation for each value.
 const WANDERINGS: [f64; 12] = [0.0, 0.02, 0.04, 0.08, 0.15, 0.25, 0.4, 0.6, 1.0, 1.6, 3.0, 6.0];
 /// Grid of correlation times that the search tries, as shares of the test. The end, 12 %, was chosen with the days of two
-/// heaters on a board in view (docs/diagnosis.md).
+/// heaters on a board in view (docs/record/diagnosis-measured.md).
 const MEMORIES: [f64; 3] = [wander::CORRELATION, 0.05, 0.12];
 /// Grid of factors between tests that the search tries, as shares of the heats. The end, 7 %, was chosen with the days of two
-/// heaters on a board in view (docs/diagnosis.md).
+/// heaters on a board in view (docs/record/diagnosis-measured.md).
 const TESTS: [f64; 7] = [0.0, 0.005, 0.01, 0.02, 0.03, 0.045, 0.07];
 /// Grid of spreads of the file's numbers that the search tries, as logarithms. Chosen: a finer grid costs time.
 const SPREADS: [f64; 6] = [0.0, 0.03, 0.07, 0.15, 0.3, 0.5];
@@ -52,7 +52,7 @@ const MOST_SWEEPS: usize = 4;
 /// maxima. Chosen.
 const OTHER: Level = Level { wandering: 0.6, memory: 0.12, between_tests: 0.02, numbers: 0.15 };
 /// Largest discrepancy that models of such machines and days of such laboratories usually have, in logs. Chosen with the days
-/// of two heaters on a board in view (docs/diagnosis.md).
+/// of two heaters on a board in view (docs/record/diagnosis-measured.md).
 const USUAL: Level = Level { wandering: 0.08, memory: 0.12, between_tests: 0.07, numbers: 0.15 };
 /// Largest discrepancy that is usual in steady tables. Their rows are often tests of their own, so a larger difference from row
 /// to row could have any cause. Chosen: a smaller one raises more alarms.

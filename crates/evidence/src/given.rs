@@ -1,5 +1,5 @@
-//! Readings as a command is given them: the table or the measurements of the machine file, their uncertainty, the state that logs
-//! begin with, and where a changed machine file goes.
+//! Input and output of a command with readings: the table or the measurements of the machine file, their uncertainty, the initial
+//! state of logs, and the path of a changed machine file.
 
 use std::path::{Path, PathBuf};
 
@@ -13,10 +13,10 @@ use coldplate_describe::machine::Machine;
 use coldplate_explore::simulate::Start;
 use coldplate_solve::sensitivity::Study;
 
-/// The table, or the measurements that stand in the machine file.
+/// The data of a table, or the measurements of the machine file.
 ///
 /// # Errors
-/// As [`Data::read`] and [`Data::of_machine`]; there is neither.
+/// Errors of [`Data::read`] and [`Data::of_machine`]; there is neither a table nor a measurement.
 pub fn data(table: Option<&Path>, machine: &Machine) -> Result<Data> {
     match table {
         Some(path) => Data::read(path, machine),
@@ -26,7 +26,7 @@ pub fn data(table: Option<&Path>, machine: &Machine) -> Result<Data> {
     }
 }
 
-/// Leaves sensors out of the data, as `--without` names them.
+/// Leaves out the sensors that `--without` names.
 ///
 /// # Errors
 /// No column is of such a sensor, or no reading is left.
@@ -45,19 +45,19 @@ pub fn drop_sensors(data: &mut Data, names: &[String]) -> Result<()> {
             row.readings.remove(k);
         });
     }
-    // Rows of a log also say what the conditions were.
+    // Rows of a log are kept: they state the conditions.
     if !data.is_transient() {
         data.rows.retain(|row| row.readings.iter().any(Option::is_some));
     }
     if data.count() == 0 { Err(Error::input("no reading is left").at_key("--without")) } else { Ok(()) }
 }
 
-/// How uncertain the readings are: from `DATA.toml` beside the table, or usual values.
+/// Uncertainty of the readings: from `DATA.toml` beside the table, or usual values.
 ///
 /// # Errors
-/// As [`Uncertainty::beside`].
+/// Errors of [`Uncertainty::beside`].
 pub fn stated(table: Option<&Path>, machine_file: &Path, data: &Data, machine: &Machine) -> Result<Uncertainty> {
-    // A table called like the machine file, beside it, has no file of its own to say how uncertain it is.
+    // A table beside the machine file and with its name has no file of its own for its uncertainty.
     let is_machine = |path: &Path| matches!((path.canonicalize(), machine_file.canonicalize()), (Ok(a), Ok(b)) if a == b);
     match table {
         Some(path) if !is_machine(&path.with_extension("toml")) => Uncertainty::beside(path, data, machine),
@@ -65,10 +65,10 @@ pub fn stated(table: Option<&Path>, machine_file: &Path, data: &Data, machine: &
     }
 }
 
-/// Leaves faulty readings out, unless all are to be kept; those that were found.
+/// Leaves faulty readings out, unless all are to be kept; returns the faults that were found.
 ///
 /// # Errors
-/// As [`cleared`].
+/// Errors of [`cleared`].
 pub fn clear(data: &mut Data, study: &Study, uncertainty: &Uncertainty, start: Start, keep_all: bool) -> Result<Vec<Fault>> {
     if keep_all {
         return Ok(Vec::new());
@@ -78,10 +78,10 @@ pub fn clear(data: &mut Data, study: &Study, uncertainty: &Uncertainty, start: S
     Ok(found.faults)
 }
 
-/// The state logs begin with, as `--from` says it.
+/// Initial state of logs, from the text of `--from`.
 ///
 /// # Errors
-/// It is neither `steady`, `readings`, `parts` nor a temperature.
+/// The text is neither `steady`, `readings`, `parts` nor a temperature.
 pub fn start(text: &str) -> Result<Start> {
     Ok(match text.trim() {
         "steady" => Start::Steady,
@@ -96,7 +96,7 @@ pub fn start(text: &str) -> Result<Start> {
     })
 }
 
-/// Where a changed machine file goes: as `--out` says, or beside the machine file as `NAME.WORD.toml`. Said before the work,
+/// Path of a changed machine file: as `--out` states, or beside the machine file as `NAME.WORD.toml`. Checked before the work,
 /// not after it.
 ///
 /// # Errors
@@ -118,10 +118,10 @@ pub fn goal(given: Option<&Path>, machine_file: &Path, machine: &Machine, word: 
     Ok(path.to_path_buf())
 }
 
-/// Nothing may be there, and it must be possible to write there.
+/// Checks that no file is there, and that one can be written there.
 ///
 /// # Errors
-/// Otherwise.
+/// A file is there already, or cannot be written.
 pub fn must_be_new(path: &Path, option: &str) -> Result<()> {
     if path.exists() {
         return Err(Error::input("this file is there already")

@@ -52,7 +52,8 @@ fn gram(a: &[Vec<f64>], b: &[Vec<f64>]) -> DMatrix<f64> {
     DMatrix::from_fn(a.len(), b.len(), |i, j| a[i].iter().zip(&b[j]).map(|(x, y)| x * y).sum::<f64>())
 }
 
-/// Inverse where there is information, infinite variance where there is none.
+/// Inverse of a symmetric matrix, scaled to a unit diagonal. Eigenvalues below 1e-12 count as 1e-12, so that directions without
+/// information get a very large variance.
 pub fn pseudo_inverse(matrix: &DMatrix<f64>) -> DMatrix<f64> {
     if matrix.is_empty() {
         return matrix.clone();

@@ -57,7 +57,7 @@ pub struct Schedule {
 /// A stretch of time with a smooth condition.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Segment {
-    /// Begin of the stretch, s.
+    /// Start of the stretch, s.
     pub from: f64,
     /// End of the stretch, s; equal to `from` at a step.
     pub until: f64,

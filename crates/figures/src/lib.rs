@@ -1,4 +1,4 @@
-//! What one looks at: figures as plain data, drawn in one house style, and HTML reports made of them.
+//! Figures as plain data, drawn in one house style, and HTML reports made of them.
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]

@@ -1,4 +1,4 @@
-//! How sure the causes are that stand in an extended machine file: standard deviations of the numbers and factors they became.
+//! Uncertainty of the causes in an extended machine file: standard deviations of the numbers and factors they became.
 
 use coldplate_base::document::{Document, Leaf, quoted};
 use coldplate_base::error::Result;
@@ -9,17 +9,18 @@ use coldplate_diagnose::{Cause, Diagnosis, Problem, Scales};
 use coldplate_solve::meshed::source_powers;
 use coldplate_solve::sensitivity::{Kind, Study};
 
-/// Table of factors.
+/// Table of factors in a machine file.
 const FACTOR: &str = "uncertain.";
-/// Least correlation that is written.
+/// Least correlation that is written, dimensionless. Chosen: smaller ones change no prediction.
 const LEAST_CORRELATION: f64 = 0.02;
-/// Largest share that is written as the deviation of a factor: more is no correction of anything.
+/// Largest standard deviation of a factor that is written, as a share of it. Chosen: with more the factor corrects
+/// nothing.
 const MOST: f64 = 0.9;
-/// A cause that is positive is moved down by this share of itself at most.
+/// Largest decrease of a positive cause in a difference quotient, as a share of it. Chosen: it must stay positive.
 const LEAST: f64 = 0.5;
 
-/// Lines that state the deviation of every cause in an extended machine file: of a number beside it, of the power of a source that
-/// is a formula, or of several keys that one cause moves, as a factor. Other formulas have no place for one.
+/// Lines that state the standard deviation of every cause in an extended machine file. A number has it beside it; the power of a
+/// source that is a formula, and several keys that one cause moves, have it as a factor. Other formulas have no place for one.
 ///
 /// # Errors
 /// The file is no machine; a cause cannot be written.
@@ -70,7 +71,7 @@ struct Named {
     is_opposed: bool,
 }
 
-/// The correlations of what was fitted together last, behind those that the file has.
+/// The correlations of the causes and numbers fitted together last, behind those that the file has.
 fn correlations(found: &Diagnosis, extended: &Document, names: &[Named]) -> Result<Option<(String, String)>> {
     let Some(rung) = found.rungs.iter().rev().find(|rung| !rung.correlations.is_empty()) else { return Ok(None) };
     let fitted: Vec<Option<&Named>> = (rung.causes.iter().chain(&rung.refitted))
@@ -98,7 +99,7 @@ fn correlations(found: &Diagnosis, extended: &Document, names: &[Named]) -> Resu
 struct Moved {
     low: Document,
     high: Document,
-    /// What the step from one to the other is, in standard deviations.
+    /// Step from one to the other, in standard deviations.
     deviations: f64,
 }
 
@@ -121,7 +122,7 @@ impl Moved {
         Ok(Some(Self { low, high, deviations: (down + d) / d }))
     }
 
-    /// The keys that differ, with what stands there on both sides.
+    /// The keys that differ, with both values.
     fn differing(&self) -> Result<Vec<(String, Leaf, Leaf)>> {
         let mut all = Vec::new();
         for key in self.high.keys() {
@@ -136,7 +137,7 @@ impl Moved {
 
     fn line(&self, problem: &Problem, extended: &Study, name: &str, deviation: f64) -> Result<Option<Line>> {
         let differing = self.differing()?;
-        // Of a number: its deviation in its unit, and as a share of it. Of a source's formula: as a share of its power.
+        // A number has its deviation in its unit and as a share of it, a source's formula as a share of its power.
         let mut numbers = Vec::new();
         let (mut factors, mut offsets) = (Vec::new(), Vec::new());
         for (key, low, high) in &differing {
@@ -180,7 +181,8 @@ impl Moved {
         Ok(Some(Line { key, value, is_opposed: false }))
     }
 
-    /// Standard deviation of a source's power over the data's conditions, as a share of it; `None` of what is no power.
+    /// Change of a source's power over the data's conditions per standard deviation, as a share of it; `None` if the
+    /// key is no power.
     fn share_of_power(&self, problem: &Problem, key: &str) -> Result<Option<f64>> {
         let names = Document::names_in(key).unwrap_or_default();
         let ["source", name, "power" | "power_density"] = names.iter().map(String::as_str).collect::<Vec<_>>()[..] else {

@@ -1,4 +1,4 @@
-//! Where the heat goes at the measured conditions, in the machine as it is and with the best explanation.
+//! Heat balances at the measured conditions, of the machine as it is and with the best explanation.
 
 use rayon::prelude::*;
 
@@ -9,7 +9,7 @@ use coldplate_evidence::measurement::Data;
 use coldplate_solve::meshed::{Flows, MeshedMachine, OutletSensor, SteadyState};
 use coldplate_solve::sensitivity::Study;
 
-/// Most conditions that are balanced.
+/// Most conditions that are balanced, a count. Chosen: each costs two solves.
 const MOST: usize = 12;
 
 /// Heat balances.
@@ -17,7 +17,7 @@ const MOST: usize = 12;
 pub struct EnergyBalances {
     /// One per condition, in the order of the data.
     pub balances: Vec<Balance>,
-    /// How many conditions the data have.
+    /// Number of conditions in the data.
     pub conditions: usize,
 }
 
@@ -28,31 +28,31 @@ pub struct Balance {
     pub test: String,
     /// The condition.
     pub condition: Condition,
-    /// The machine as it is.
+    /// Heat flows of the machine as it is.
     pub before: Flows,
-    /// With the best explanation, where it can be solved.
+    /// Heat flows with the best explanation, if it can be solved.
     pub after: Option<Flows>,
     /// Heat that outlet sensors say the water took.
     pub water: Vec<Water>,
 }
 
-/// What the water of a circuit takes, W.
+/// Heat that the water of a circuit takes, W.
 #[derive(Debug)]
 pub struct Water {
     /// Name of the circuit.
     pub circuit: String,
-    /// By its outlet sensor.
+    /// Heat by the outlet sensor, W.
     pub measured: f64,
-    /// Standard deviation of that.
+    /// Standard deviation of the measured heat, W.
     pub deviation: f64,
-    /// By the machine as it is, at the same place.
+    /// Heat by the machine as it is, at the same place, W.
     pub before: f64,
-    /// With the best explanation.
+    /// Heat by the machine with the best explanation, W.
     pub after: Option<f64>,
 }
 
 impl EnergyBalances {
-    /// Balances at the conditions of the data, evenly chosen where there are many; of logs where each test ends.
+    /// Balances at the conditions of the data, evenly chosen if there are many; of logs at the end of each test.
     ///
     /// # Errors
     /// The machine as it is cannot be solved.
@@ -71,7 +71,7 @@ impl EnergyBalances {
         let Some(first) = chosen.first() else { return Ok(Self { balances: Vec::new(), conditions }) };
         let first = &data.rows[*first].condition;
         let own = model.solver(first)?;
-        // What cannot be solved is left out: the machine as it is stays worth showing.
+        // An extended machine that cannot be solved is left out: the machine as it is stays worth showing.
         let other = extended.as_ref().and_then(|study| Some((&study.model, study.model.solver(first).ok()?)));
         let one = |r: &usize| -> Result<Balance> {
             let condition = &data.rows[*r].condition;

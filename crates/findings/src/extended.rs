@@ -10,14 +10,14 @@ use coldplate_describe::machine::{Machine, Variable};
 use coldplate_diagnose::{Cause, Diagnosis, Problem, Scales, sentence};
 use coldplate_evidence::identify::model_error_line;
 
-/// The file as it is to be written.
+/// The extended machine file as it is to be written.
 #[derive(Debug)]
 pub struct ExtendedMachine {
-    /// Where.
+    /// Path of the file.
     pub path: PathBuf,
-    /// Its text.
+    /// Text of the file.
     pub text: String,
-    /// What changes in it.
+    /// Keys that change.
     pub changes: Vec<Change>,
 }
 
@@ -26,19 +26,20 @@ pub struct ExtendedMachine {
 pub struct Change {
     /// The key.
     pub key: String,
-    /// What stood there, as TOML; `None` where the key is new.
+    /// Value before, as TOML; `None` if the key is new.
     pub before: Option<String>,
-    /// What stands there now.
+    /// Value now, as TOML.
     pub after: String,
-    /// What would stand there at the ends of the 90 % interval, where one number decides.
+    /// Values at the ends of the 90 % interval, if one number decides.
     pub interval: Option<[String; 2]>,
 }
 
 impl ExtendedMachine {
-    /// `None` where nothing is to be extended: no cause, or one that the machine file has no words for, and no numbers that predict better.
+    /// The extended machine file; `None` if nothing is to be extended: no cause, or one that the machine file has no words for, and no
+    /// numbers that predict better.
     ///
     /// # Errors
-    /// The file cannot be read again, or what comes out is no machine.
+    /// The file cannot be read again, or the result is no machine.
     pub fn of(problem: &Problem, found: &Diagnosis, path: &Path) -> Result<Option<Self>> {
         let Some(sets) = found.sets.as_ref().filter(|sets| !sets.is_empty()) else { return Ok(None) };
         let mut remarks =
@@ -73,7 +74,7 @@ impl ExtendedMachine {
             }
         }
         let document = problem.document(sets)?;
-        // What it misses now is what it missed of data kept out, where any were.
+        // The model error is now the error on data kept out, if there were any.
         let left = found.rungs.last().map_or(0.0, |rung| rung.left.wandering);
         let deviation = found.gain.as_ref().map_or(left, |gain| gain.after).max(problem.discrepancy.model);
         let has = |v: &Variable| problem.states(&v.name) || matches!(document.leaf(&format!("variables.{}", v.name)), Ok(Some(_)));
@@ -83,7 +84,7 @@ impl ExtendedMachine {
         let sure = deviations::lines(problem, found, &extended)?;
         let lines: Vec<(String, String)> = lines.into_iter().chain(sure).collect();
         let text = document.rewritten(&lines, &remarks)?;
-        // It must be a machine.
+        // The text must be a machine.
         Machine::from_document(&Document::parse(&text, path)?)?;
         let ends = ends(problem, found)?;
         let change = |(key, value): &(String, String)| -> Result<Change> {
@@ -99,7 +100,7 @@ impl ExtendedMachine {
     }
 }
 
-/// What every key would be at both ends of its part's interval.
+/// Value of every key at both ends of the interval of its cause.
 fn ends(problem: &Problem, found: &Diagnosis) -> Result<Vec<(String, [String; 2])>> {
     let scales = Scales::of(&problem.data, &problem.study.model.machine);
     let parts: &[Cause] = match (found.rungs.first(), found.explanations.first()) {

@@ -16,21 +16,23 @@ use coldplate_figures::chart::residual_sheet::ResidualSheet;
 use coldplate_figures::chart::style::Quantity;
 use coldplate_solve::meshed::Flows;
 
-/// Most columns of a sheet.
+/// Most columns of a sheet, a count. Chosen: narrower cells cannot be read.
 const COLUMNS: usize = 60;
-/// Most rows of data drawn as markers.
+/// Most rows of data drawn as markers, a count. Chosen: more markers cover each other.
 const MARKERS: usize = 240;
-/// Most rows of bars.
+/// Most rows of bars, a count. Chosen: a figure that fits on a page.
 const BARS: usize = 12;
-/// Least share of the largest heat flow that is drawn.
+/// Least heat flow that is drawn, as a share of the largest. Chosen: smaller bars cannot be seen.
 const LEAST_HEAT: f64 = 5e-4;
-/// Misfit that one number takes away by chance in one case of a hundred.
+/// Decrease of the misfit by one number that chance exceeds in one case of a hundred, dimensionless: the 99 %
+/// quantile of the chi-square distribution with one degree of freedom.
 const NOT_BY_CHANCE: f64 = 6.635;
 
-/// Least full colour of a sheet in kelvin, and in standard deviations; and the largest of the latter.
+/// Values at which the colours of a sheet are full: least in kelvin, least in standard deviations, and largest in
+/// standard deviations. Chosen: noise stays pale.
 const FULL: (f64, f64, f64) = (0.3, 3.0, 10.0);
 
-/// The residual sheet in kelvin, before and, where something was explained, after.
+/// The residual sheet in kelvin, before and, if anything was explained, after.
 pub(super) fn sheet(found: &Findings<'_>) -> ResidualSheet {
     let (data, diagnosis) = (&found.problem.data, &found.diagnosis);
     let left = diagnosis.explained.as_ref().map(|explained| difference(&whiten::readings(data), explained));
@@ -44,32 +46,32 @@ pub(super) fn sheet(found: &Findings<'_>) -> ResidualSheet {
     }
 }
 
-/// The same over the standard deviation of each reading.
+/// The residual sheet with each residual over the standard deviation of its reading.
 pub(super) fn relative_sheet(found: &Findings<'_>) -> ResidualSheet {
     let (data, sheet) = (&found.problem.data, &found.diagnosis.residuals);
     let over = |values: &[f64]| values.iter().zip(&sheet.deviation).map(|(v, d)| v / d).collect::<Vec<_>>();
     let left = found.diagnosis.explained.as_ref().map(|explained| over(&difference(&whiten::readings(data), explained)));
     ResidualSheet {
-        title: "The same, counted in what uncertainty lets one expect".into(),
+        title: "Residuals in standard deviations, reading by reading".into(),
         unit: "standard deviations".into(),
         full: (FULL.1, FULL.2),
         decimals: 1,
         notes: vec![
-            "Standard deviations of all that may be off: reading, sensor, condition, and what the model leaves open. Within ±2 is noise."
+            "Standard deviations from all errors together: reading, sensor, condition, and the model itself. Within ±2 is noise."
                 .into(),
         ],
         ..sheets(data, &over(&sheet.residual), left.as_deref(), |within| within.iter().sum::<f64>() / within.len() as f64)
     }
 }
 
-/// What adds up to the misfit.
+/// The residual sheet with whitened residuals, whose squares add up to the misfit.
 pub(super) fn whitened_sheet(found: &Findings<'_>) -> ResidualSheet {
     let (data, diagnosis) = (&found.problem.data, &found.diagnosis);
     let left = diagnosis.explained.as_ref().map(|explained| diagnosis.whitener.apply(&difference(&whiten::readings(data), explained)));
-    // Of several readings together: their sum over the root of their number keeps unit variance.
+    // Several readings together: their sum over the root of their number keeps unit variance.
     let together = |within: &[f64]| within.iter().sum::<f64>() / (within.len() as f64).sqrt();
     ResidualSheet {
-        title: "What adds up to the misfit".into(),
+        title: "Whitened residuals, whose squares add up to the misfit".into(),
         unit: "standard deviations".into(),
         full: (FULL.1, FULL.2),
         decimals: 1,
@@ -193,7 +195,7 @@ pub(super) fn ranking(found: &Findings<'_>) -> RankingFigure {
     RankingFigure { title: "What could explain it".into(), ranked, notes: Vec::new() }
 }
 
-/// Heat that every part alone would have to give; `None` where no part could show.
+/// Heat that each part alone would have to give; `None` if no part could show.
 pub(super) fn missing(found: &Findings<'_>) -> Option<IntervalFigure> {
     let diagnosis = &found.diagnosis;
     let row = |m: &coldplate_diagnose::MissingHeat| Interval {
@@ -270,7 +272,8 @@ fn fixed(problem: &Problem, condition: &Condition) -> Vec<(Quantity, f64)> {
     problem.study.model.machine.variables.iter().zip(condition.si()).filter(|(v, _)| problem.states(&v.name)).map(of).collect()
 }
 
-/// The ladder: errors from the machine as it is to that with the last cause; `None` where nothing was added to the machine.
+/// The ladder: errors from the machine as it is to the machine with the last cause; `None` if nothing was added to the
+/// machine.
 pub(super) fn gains(found: &Findings<'_>) -> Option<GainsFigure> {
     let diagnosis = &found.diagnosis;
     let first = diagnosis.rungs.first()?;
@@ -331,6 +334,6 @@ pub(super) fn gain(found: &Findings<'_>) -> Option<BeforeAfter> {
                 "with the cause that the other conditions point to".into()
             },
         ],
-        notes: vec!["Each condition is predicted with what was found without it, from the screen to the amplitude.".into()],
+        notes: vec!["Each condition is predicted by a search without it, from the screen to the amplitude.".into()],
     })
 }

@@ -1,4 +1,4 @@
-//! What a user writes about a diagnosis: kinds of cause of their own, kinds to leave out, uncertain numbers, and what tests cost.
+//! User input of a diagnosis: own kinds of cause, kinds to leave out, uncertain numbers, and costs of tests.
 
 use std::path::Path;
 
@@ -85,8 +85,8 @@ pub fn user_kinds(path: &Path, study: &Study) -> Result<Vec<UserKind>> {
     Ok(found)
 }
 
-/// What tests and sensors cost: `unit`, `[test]` with `steady`, `step`, `heater_pulse`, `chamber_pressure`, and `[sensor]` with `existing`,
-/// `new` and sensors by name. What is not stated is as in [`Costs::default`].
+/// Costs of tests and sensors: `unit`, `[test]` with `steady`, `step`, `heater_pulse`, `chamber_pressure`, and `[sensor]` with
+/// `existing`, `new` and sensors by name. Costs that are not stated are those of [`Costs::default`].
 ///
 /// # Errors
 /// The file cannot be read, a key is unknown or of the wrong type, or a cost is not positive.

@@ -3,10 +3,10 @@
 use coldplate_base::numbers::significant;
 use coldplate_diagnose::{Cause, Rung, WhereLeft, sentence};
 
-/// What a rung without a cause is.
+/// Name of a rung without a cause.
 pub const NUMBERS: &str = "numbers of the machine file as the readings draw them";
 
-/// What a rung names, and its share of the misfit.
+/// Causes of a rung and its share of the misfit, in words.
 pub fn words(rung: &Rung) -> String {
     let alone = match rung.alone[..] {
         [first, second] => format!(" (by the first alone {:.0} %, by the second alone {:.0} %)", 100.0 * first, 100.0 * second),
@@ -15,7 +15,7 @@ pub fn words(rung: &Rung) -> String {
     format!("{}. {:.0} % of the squared misfit is explained{alone}", causes(rung), 100.0 * rung.share)
 }
 
-/// What a rung names.
+/// Causes of a rung in words.
 pub fn causes(rung: &Rung) -> String {
     if rung.causes.is_empty() {
         return NUMBERS.into();
@@ -23,19 +23,19 @@ pub fn causes(rung: &Rung) -> String {
     rung.causes.iter().map(sentence).collect::<Vec<_>>().join("; and ")
 }
 
-/// Numbers of the file that were fitted beside its causes, in words.
+/// Numbers of the file that were fitted beside the rung's causes, in words.
 pub fn refitted(rung: &Rung) -> Vec<String> {
     rung.refitted.iter().map(in_words).collect()
 }
 
-/// A number that moved, with how far that is beside what it may be off by.
+/// A number that moved, in words, with its change in standard deviations of its prior.
 fn in_words(number: &Cause) -> String {
     let sigma = number.amplitude / number.hypothesis.scale;
     let pulled = if sigma.abs() > 3.0 { format!(": pulled by {} standard deviations", significant(sigma, 2)) } else { String::new() };
     format!("{}{pulled}", sentence(number))
 }
 
-/// What a rung leaves, and where; of logs or of steady readings.
+/// Residual that a rung leaves, and the sensor with most of it, in words; for logs or for steady readings.
 pub fn left(rung: &Rung, is_log: bool) -> String {
     let place = match &rung.where_left {
         Some(WhereLeft { sensor, share }) => format!(", {:.0} % of its square at {sensor}", 100.0 * share),

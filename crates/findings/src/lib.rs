@@ -1,7 +1,7 @@
 //! From measured data to a better machine: causes, heat balances, the machine file with the best explanation in it, a
 //! surrogate of that machine, and a report for readers who were not there.
 //!
-//! [`examine`] does all of it and writes nothing; [`Findings`] holds what came out, and writes files where asked to.
+//! [`examine`] does all of it and writes nothing; [`Findings`] holds the results, and writes files where asked to.
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
@@ -34,17 +34,17 @@ use extended::ExtendedMachine;
 pub use next::{in_words as next_test_in_words, worth_in_words};
 use refit::Refitted;
 
-/// What was found, and what was made of it.
+/// Results of a diagnosis.
 #[derive(Debug)]
 #[non_exhaustive]
 pub struct Findings<'a> {
-    /// What was asked, without the readings that were set aside.
+    /// The problem, without the readings that were set aside.
     pub problem: Cow<'a, Problem>,
-    /// Causes with their probabilities, and what is gained.
+    /// Causes with their probabilities, and the gain.
     pub diagnosis: Diagnosis,
-    /// The machine file with the best explanation in it, where one can be written.
+    /// The machine file with the best explanation in it, if one can be written.
     pub extended: Option<ExtendedMachine>,
-    /// Where the heat goes, before and after.
+    /// Heat balances before and after.
     pub energy: EnergyBalances,
     /// The surrogate of the extended machine, if one was asked for.
     pub refitted: Option<Refitted>,
@@ -107,11 +107,11 @@ impl Findings<'_> {
         self.diagnosis.explanations.iter().enumerate().filter(|(i, e)| *i < 3 || e.probability > 2e-3).take(most)
     }
 
-    /// How much of the stated noise the readings show, where it is far too large.
+    /// A sentence on the share of the stated noise that the readings show, if the stated noise is far too large.
     pub fn noise_in_words(&self) -> Option<String> {
         let share = Some(self.diagnosis.noise_share).filter(|share| *share < 1.0)?;
         let percent = significant(100.0 * share, 2);
-        Some(format!("the readings scatter by {percent} % of the noise that is stated: that is what they are judged by"))
+        Some(format!("the readings scatter by {percent} % of the noise that is stated: they are judged by that share"))
     }
 
     /// The answer in a sentence or two.
@@ -190,7 +190,7 @@ impl Findings<'_> {
             _ if self.diagnosis.misses => "the machine with the cause that fits best misses the readings by more than the machine as it is",
             _ if self.diagnosis.is_vetoed => "no cause predicts data kept out better than the machine as it is",
             Verdict::CannotTell if self.diagnosis.gain.as_ref().is_some_and(|gain| gain.low <= 0.0) => {
-                "the cause is not certain, nor is what it gains on data kept out"
+                "the cause is not certain, nor is its gain on data kept out"
             }
             _ => "the machine file has no number that is the cause",
         }
@@ -217,7 +217,7 @@ pub fn own_words(explanation: &Explanation) -> String {
     explanation.causes.iter().map(sentence).collect::<Vec<_>>().join("; and ")
 }
 
-/// What else a cause of an explanation may be called.
+/// Other names of a cause of an explanation.
 pub fn other_names(explanation: &Explanation, cause: usize) -> impl Iterator<Item = String> {
     explanation.synonyms.iter().filter(move |s| s.of == cause).map(|s| sentence(&s.cause))
 }

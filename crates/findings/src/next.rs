@@ -1,4 +1,4 @@
-//! What to measure next: in words, and as outside programs read it.
+//! The next measurement: in words, and as outside programs read it.
 
 use std::collections::BTreeMap;
 
@@ -24,7 +24,7 @@ pub fn in_words(problem: &Problem, next: &Next) -> String {
     format!("{}{sensor}", trial_in_words(problem, next))
 }
 
-/// What it would settle of what is open, and its cost.
+/// Expected gain of a test, and its cost, in words.
 pub fn worth_in_words(next: &Next, costs: &Costs) -> String {
     let share = |p: f64| if p < 1e-3 { "below 0.1 %".to_string() } else { format!("{} %", significant(100.0 * p, 2)) };
     let percent = |c: &Expected| format!("{} -> {}", share(c.before), share(c.after));
@@ -65,15 +65,15 @@ pub struct NextRecord {
     pub least_sigma: f64,
     /// A sensor that the data lack and that the test needs.
     pub sensor: Option<String>,
-    /// How far it sets the two most probable explanations apart by itself.
+    /// Distance of the two most probable explanations by this sensor alone, in standard deviations.
     pub sensor_sigma: Option<f64>,
-    /// Its entry in the machine file where it does not exist yet.
+    /// Entry of the sensor in the machine file, if it does not exist yet.
     pub sensor_entry: Option<String>,
     pub cost: f64,
     pub cost_unit: String,
     /// Probability that the name is wrong.
     pub wrong_name: ExpectedRecord,
-    /// Root mean square of what is open in predictions over the ranges.
+    /// Root mean square uncertainty of predictions over the ranges, K.
     pub prediction_K: ExpectedRecord,
     /// Probability of a wrong verdict about the limits over the ranges.
     pub wrong_verdict: Option<ExpectedRecord>,
@@ -90,7 +90,7 @@ pub struct ExpectedRecord {
     pub after: f64,
 }
 
-/// What is done in a test.
+/// Actions of a test.
 #[derive(Debug, Clone, Default, Serialize)]
 #[allow(missing_docs, non_snake_case)]
 pub struct InterventionRecord {

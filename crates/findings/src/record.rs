@@ -27,7 +27,7 @@ pub struct DiagnosisRecord {
     pub verdict: &'static str,
     pub headline: String,
     pub level: LevelRecord,
-    /// Of the best explanation, the probability of its place, of its kind there, and of its law.
+    /// Probabilities of the best explanation: of its place, of its kind there, and of its law.
     pub certainty: Vec<LevelRecord>,
     pub probabilities: OtherwiseRecord,
     /// The parts of the best explanation; empty where no cause is named.
@@ -38,7 +38,7 @@ pub struct DiagnosisRecord {
     pub set: Vec<Vec<CauseRecord>>,
     pub next_measurement: Option<NextRecord>,
     pub gain: Option<GainRecord>,
-    /// Where the extended machine is written.
+    /// Path of the extended machine.
     pub extended_machine: Option<String>,
     pub changes: Option<Vec<Change>>,
     pub surrogate: Option<SurrogateRecord>,
@@ -51,14 +51,16 @@ pub struct DiagnosisRecord {
     pub readings: Vec<ReadingRecord>,
     /// Faulty readings that were found.
     pub faults: Vec<FaultRecord>,
-    /// How much of the stated noise the readings of a table show, where it is far too large; 1 everywhere else.
+    /// Share of the stated noise that the readings of a table show, if the stated noise is far too large; 1
+    /// otherwise.
     pub noise_share: f64,
-    /// Largest difference of the end result's predictions on the reduced model from those of full solves; null with `--full` and of logs.
+    /// Largest difference, K, between the end result's predictions on the reduced model and those of full solves; null with `--full`
+    /// and for logs.
     pub off_in_full_K: Option<f64>,
     pub seconds: f64,
 }
 
-/// How well the machine as it is agrees with the readings.
+/// Agreement of the machine as it is with the readings.
 #[derive(Debug, Clone, Serialize)]
 #[allow(missing_docs)]
 pub struct MisfitRecord {
@@ -71,7 +73,7 @@ pub struct MisfitRecord {
     pub p_look_elsewhere: f64,
 }
 
-/// What is certain.
+/// Probability of one level of the best explanation.
 #[derive(Debug, Clone, Serialize)]
 #[allow(missing_docs)]
 pub struct LevelRecord {
@@ -110,7 +112,7 @@ pub struct CauseRecord {
     pub probability: f64,
     pub misfit_left: f64,
     pub text: String,
-    /// Other names of it: they predict the same at every condition.
+    /// Other names of the cause: they predict the same at every condition.
     pub also: Vec<String>,
     /// Other explanations that the data cannot refute.
     pub ambiguous_with: Vec<String>,
@@ -123,21 +125,22 @@ pub struct RungRecord {
     pub causes: Vec<RungCauseRecord>,
     /// Numbers of the machine file that were fitted beside it.
     pub refitted: Vec<RungCauseRecord>,
-    /// Share of the squared misfit of the machine as it was given that is explained up to here.
+    /// Share of the given machine's squared misfit that is explained up to here.
     pub share: f64,
-    /// The same of each cause by itself, where there are two.
+    /// Share explained by each cause alone, if there are two.
     pub share_alone: Vec<f64>,
-    /// Root mean square residual that is left.
+    /// Remaining root mean square residual, K.
     pub left_K: f64,
-    /// The sensor that most of it belongs to, and its share.
+    /// Sensor with the largest share of the remaining residual.
     pub where_left: Option<String>,
+    /// Share of that sensor.
     pub where_left_share: Option<f64>,
     pub discrepancy: DiscrepancyRecord,
     pub gain: Option<GainRecord>,
     pub text: String,
 }
 
-/// What is named on a rung, or fitted beside it.
+/// A cause of a rung, or a number fitted beside it.
 #[derive(Debug, Clone, Serialize)]
 #[allow(missing_docs)]
 pub struct RungCauseRecord {
@@ -145,7 +148,7 @@ pub struct RungCauseRecord {
     pub place: String,
     pub law: String,
     pub amplitude: EstimateRecord,
-    /// How far it is from nothing, in standard deviations of its prior.
+    /// Distance from zero, in standard deviations of its prior.
     pub pulled_sigma: f64,
     pub text: String,
 }
@@ -155,17 +158,18 @@ pub struct RungCauseRecord {
 #[allow(missing_docs, non_snake_case)]
 pub struct DiscrepancyRecord {
     pub wandering_K: f64,
-    /// Its correlation time over the length of a test.
+    /// Correlation time of the model error over the length of a test.
     pub memory: f64,
     pub between_tests: f64,
     pub numbers: f64,
 }
 
-/// What is gained on conditions that the search did not see.
+/// Gain on conditions that the search did not see.
 #[derive(Debug, Clone, Serialize)]
 #[allow(missing_docs, non_snake_case)]
 pub struct GainRecord {
-    /// Of temperatures; left out where there is none, as those of displacements.
+    /// Root mean square error of temperatures before; left out if there are none. Displacements have fields of their
+    /// own.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rmse_before_K: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -226,7 +230,7 @@ pub struct FlowsRecord {
     pub out_W: BTreeMap<String, f64>,
 }
 
-/// What the water of a circuit takes.
+/// Heat that the water of a circuit takes.
 #[derive(Debug, Clone, Serialize)]
 #[allow(missing_docs, non_snake_case)]
 pub struct WaterRecord {
@@ -237,7 +241,7 @@ pub struct WaterRecord {
     pub after_W: Option<f64>,
 }
 
-/// One reading, what was predicted, and what is left.
+/// One reading, its predictions and residual.
 #[derive(Debug, Clone, Serialize)]
 #[allow(missing_docs, non_snake_case)]
 pub struct ReadingRecord {
@@ -248,9 +252,9 @@ pub struct ReadingRecord {
     pub compared: Compared,
     /// The whitened residual, in standard deviations.
     pub whitened: f64,
-    /// What the best explanation predicts.
+    /// Prediction of the best explanation.
     pub explained_degC: Option<f64>,
-    /// The same of displacements.
+    /// Prediction of the best explanation for a displacement.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub explained_um: Option<f64>,
 }

@@ -15,19 +15,19 @@ use coldplate_solve::sensitivity::Study;
 use coldplate_surrogate::fit::file;
 use coldplate_surrogate::verdict::{self, condition};
 
-/// What came of `--surrogate`.
+/// Result of `--surrogate`.
 #[derive(Debug)]
 pub struct Refitted {
-    /// The surrogate of the extended machine, where there is one.
+    /// The surrogate of the extended machine, if there is one.
     pub fit: Option<Fitted>,
 }
 
 /// A surrogate of the extended machine beside one of the machine as it was.
 #[derive(Debug)]
 pub struct Fitted {
-    /// Where it goes.
+    /// Path of the file.
     pub path: PathBuf,
-    /// The file.
+    /// Bytes of the file.
     pub bytes: Vec<u8>,
     /// Conditions it was fitted to.
     pub conditions: usize,
@@ -48,12 +48,12 @@ pub struct AgainstReadings {
     pub after: f64,
     /// Readings that were compared.
     pub counted: usize,
-    /// Readings left out, since their condition lies outside what the surrogate was fitted to.
+    /// Readings left out, since their condition lies outside the ranges of the surrogate.
     pub outside: usize,
 }
 
 impl Fitted {
-    /// How good it is, in a sentence or two.
+    /// Errors of the surrogate, in a sentence or two.
     pub fn words(&self) -> String {
         let against = match self.readings {
             Some(AgainstReadings { before, after, counted, outside: left }) => {
@@ -71,7 +71,7 @@ impl Fitted {
 }
 
 impl Refitted {
-    /// Fits both; nothing where no extended machine is written.
+    /// Fits both surrogates; none if no extended machine is written.
     ///
     /// # Errors
     /// Errors of [`refit`].
@@ -105,8 +105,8 @@ impl Refitted {
     }
 }
 
-/// Root mean square of surrogate less reading (K), readings counted, and readings left out because their condition lies
-/// outside what the surrogate was fitted to.
+/// Root mean square of surrogate less reading (K), number of readings, and number of readings left out because their
+/// condition lies outside the ranges of the surrogate.
 fn errors(bytes: &[u8], study: &Study, data: &Data) -> Result<Option<(f64, usize, usize)>> {
     if data.is_transient() {
         return Ok(None);
@@ -115,7 +115,7 @@ fn errors(bytes: &[u8], study: &Study, data: &Data) -> Result<Option<(f64, usize
     let machine = &study.model.machine;
     let (mut sum, mut counted, mut left) = (0.0, 0, 0);
     for row in &data.rows {
-        // Held variables too: what the design held must be what was measured at.
+        // Held variables too: the design must have held them at the measured values.
         let at = |variable: &Variable<'_>| -> Result<f64> {
             let own = machine.variables.iter().zip(row.condition.si()).find(|(own, _)| own.name == variable.name);
             own.map_or(Ok(variable.low), |(own, si)| condition::of_si(variable, *si, own.dimension))
@@ -149,7 +149,7 @@ impl Scratch {
 
 impl Drop for Scratch {
     fn drop(&mut self) {
-        // What cannot be removed is hidden and small.
+        // A folder that cannot be removed is hidden and small.
         let _ = std::fs::remove_dir_all(&self.0);
     }
 }

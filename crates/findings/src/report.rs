@@ -12,7 +12,7 @@ use coldplate_figures::chart::gains::GainsFigure;
 use coldplate_figures::report::{Align, Cell, KeyFigure, Report, Section, Table, Tone};
 use coldplate_solve::sensitivity::UncertainNumber;
 
-/// Rows of a table of residuals; longer ones say little to a reader.
+/// Most rows of a table of residuals, a count. Chosen: longer tables say little to a reader.
 const ROWS: usize = 60;
 
 /// The whole report.
@@ -92,11 +92,11 @@ fn in_short(section: &mut Section, found: &Findings<'_>) {
         data.names.len(),
         data.count(),
         match diagnosis.verdict {
-            Verdict::Consistent => "What differs is no more than the uncertainty of readings, conditions and model lets one expect.",
-            Verdict::Explained => "What differs is more than noise, and one explanation stands out from all others.",
+            Verdict::Consistent => "The differences are no larger than the uncertainty of readings, conditions and model makes them.",
+            Verdict::Explained => "The differences are more than noise, and one explanation stands out from all others.",
             Verdict::CannotTell =>
-                "What differs is more than noise, and several explanations fit it: more has to be measured to tell them apart.",
-            Verdict::SomethingElse => "What differs is more than noise, and nothing that this program can think of accounts for it.",
+                "The differences are more than noise, and several explanations fit it: more has to be measured to tell them apart.",
+            Verdict::SomethingElse => "The differences are more than noise, and nothing that this program can think of accounts for it.",
         }
     ));
 }
@@ -109,7 +109,7 @@ fn residuals(section: &mut Section, found: &Findings<'_>) -> Result<()> {
     section.figure(&figures::sheet(found), "")?;
     section.figure(&figures::relative_sheet(found), "")?;
     if let Some(panels) = figures::panels(found) {
-        section.paragraph("What grows with the speed points to friction or motor losses, what falls with the flow to the water, what keeps its size to a sensor or a constant heat.");
+        section.paragraph("Residuals that grow with the speed point to friction or motor losses, those that fall with the flow to the water, constant ones to a sensor or a constant heat.");
         section.figure(&panels, "")?;
     }
     section.table(kelvin(found));
@@ -141,7 +141,7 @@ fn kelvin(found: &Findings<'_>) -> Table {
         }
         table.row(cells);
     }
-    let both = if diagnosis.explained.is_some() { "; the second number is what is left with the best explanation" } else { "" };
+    let both = if diagnosis.explained.is_some() { "; the second number is the residual with the best explanation" } else { "" };
     table.caption(format!("Measured less predicted [K]{both}{}", if are_all { "" } else { "; not every row is shown" }));
     table.folded("The numbers in kelvin");
     table
@@ -232,7 +232,7 @@ fn flows(found: &Findings<'_>, balances: &[Balance]) -> Table {
     table
 }
 
-/// What outlet sensors say of the heat balance.
+/// The heat balance by the outlet sensors, in words.
 fn summary(balances: &[Balance]) -> String {
     let all: Vec<_> = balances.iter().flat_map(|b| &b.water).filter(|w| w.deviation > 0.0).collect();
     let weight: f64 = all.iter().map(|w| w.deviation.powi(-2)).sum();
@@ -380,7 +380,7 @@ fn extended(section: &mut Section, found: &Findings<'_>) {
     section.code(format!("coldplate check {}", name_of(&extended.path)));
 }
 
-/// The ladder: what is named on every rung, what is refitted beside it, and what it leaves.
+/// The ladder: the causes of every rung, the numbers refitted beside them, and the remaining residual.
 fn steps(section: &mut Section, found: &Findings<'_>, figure: &GainsFigure) -> Result<()> {
     section.paragraph(if found.diagnosis.is_calibrated() {
         "No cause is named. What all films, all heats and all emissivities share, and the other numbers of the machine file, are drawn by the \
@@ -433,7 +433,7 @@ fn gain(section: &mut Section, found: &Findings<'_>) -> Result<()> {
             }
         }
         None => {
-            section.paragraph("Fewer than three conditions: none can be kept out, so what is gained on unseen ones is not known.");
+            section.paragraph("Fewer than three conditions: none can be kept out, so the gain on unseen ones is not known.");
         }
     }
     if let Some(refitted) = &found.refitted {

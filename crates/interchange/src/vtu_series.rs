@@ -14,10 +14,11 @@ use coldplate_tables::{Column, Table, TextColumn, UnitOf};
 
 /// Column of the conditions that names the file.
 const FILE: &str = "file";
-/// How far from the mesh a point may lie, as a share of its diagonal: what a curved surface of straight edges leaves out.
+/// Largest distance of a point from the mesh, as a share of the mesh's diagonal. Chosen: a curved surface of straight edges leaves
+/// about so much out.
 const FARTHEST: f64 = 0.01;
 
-/// Where a point is read.
+/// Place at which a point is read.
 #[derive(Debug, Clone, PartialEq)]
 enum At {
     /// A place, m.
@@ -36,10 +37,10 @@ pub struct PointOf {
     at: At,
 }
 
-/// Where conditions stand.
+/// Source of the conditions.
 #[derive(Debug)]
 pub enum Conditions {
-    /// A table with a column `file`, and the file it is.
+    /// A table with a column `file`, and the path of the table.
     Table(Box<Table>, PathBuf),
     /// Names of the files, with places `{{NAME:UNIT}}` for values.
     Names(Names),
@@ -52,7 +53,7 @@ pub struct ReadAt {
     pub point: String,
     /// The field of the files.
     pub field: String,
-    /// Farthest that the point of the mesh that was taken lies away, m; nothing where the place lies in a cell of every file.
+    /// Largest distance from the place to the point of the mesh that was read, m; `None` where the place lies in a cell of every file.
     pub nearest_m: Option<f64>,
 }
 
@@ -60,7 +61,7 @@ impl PointOf {
     /// Reads a measurement point as it is stated on the command line.
     ///
     /// # Errors
-    /// Its form, or a coordinate without unit.
+    /// The text is of another form, or a coordinate has no unit.
     pub fn parse(text: &str) -> Result<PointOf> {
         let form = || {
             let help = "write NAME=FIELD @ 100 mm, 20 mm, 5 mm, or NAME=FIELD @ point 17, or NAME=FIELD @ cell 3";
@@ -109,7 +110,7 @@ impl Names {
             let (name, unit) = (name.trim().to_string(), unit.trim().to_string());
             units::dimension_of(&unit).map_err(|e| e.at_key("--names").read(text))?;
             if name.is_empty() || variables.iter().any(|(other, _)| *other == name) {
-                return Err(wrong("a place for a value has no name, or that of another"));
+                return Err(wrong("a place for a value has no name, or the name of another"));
             }
             pattern += &regex::escape(before);
             pattern += r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)";
@@ -131,7 +132,7 @@ impl Names {
         let mut columns: Vec<Column> = self.variables.iter().map(column).collect();
         for file in files {
             let found = self.pattern.captures(file_name(file)).ok_or_else(|| {
-                let help = format!("its name is to be as '{}': name the files that are", self.text);
+                let help = format!("its name must match '{}': leave out files that do not", self.text);
                 Error::input("the conditions do not stand in the name of this file").in_file(file).at_key("--names").help(help)
             })?;
             for (i, column) in columns.iter_mut().enumerate() {
@@ -176,7 +177,7 @@ pub fn is_vtu(path: &Path) -> bool {
 }
 
 /// The table of a study: a text column `file`, the conditions, and a column for each measurement point. `units` states the unit of a
-/// field, or of a measurement point, whose values are then converted where its field has one; `length` is that of the coordinates.
+/// field, or of a measurement point, whose values are then converted where its field has one; `length` is the unit of the coordinates.
 ///
 /// # Errors
 /// A file, field or place that is not there; a condition without file or a file without condition; a unit that is not stated.
@@ -275,7 +276,8 @@ fn in_table(table: &Table, files: &[PathBuf]) -> Result<(Vec<PathBuf>, Vec<Colum
     }
 }
 
-/// Values of the points in one file; beside each how far off it was read (m), where its place lies in no cell.
+/// Values of the points in one file, each with the distance (m) to the point of the mesh that was read, where its place lies in no
+/// cell.
 fn read(file: &Path, points: &[PointOf], metre: f64) -> Result<Vec<(f64, Option<f64>)>> {
     let grid = Vtu::read(file)?;
     let asks_places = points.iter().any(|p| matches!(p.at, At::Place(_)));
@@ -312,7 +314,7 @@ fn read(file: &Path, points: &[PointOf], metre: f64) -> Result<Vec<(f64, Option<
         }
         let value = place.and_then(|place| place.value(&field, component)).ok_or_else(|| {
             let count = field.values.len() / field.components.max(1);
-            Error::input(format!("this is not there: the field has {count} values, counted from 0")).in_file(file)
+            Error::input(format!("there is no such point or cell: the field has {count} values, counted from 0")).in_file(file)
         })?;
         if value.is_finite() {
             Ok((value, off.map(|(distance, _)| distance)))

@@ -1,8 +1,8 @@
 //! Sweeps that go on until their fit is as accurate as asked.
 //!
-//! After every round a fit is made to all that is solved. The conditions of the next round are placed where that fit is least sure,
-//! predicted by it, and only then solved: the errors of these predictions are errors at conditions that no fit has seen, at the worst
-//! places there are. The sweep ends when the stated bands and these errors are both within the accuracy.
+//! After every round a fit is made to all solved conditions. The conditions of the next round are placed where this fit is least
+//! sure, predicted by it, and only then solved. The errors of these predictions are therefore errors at conditions that no fit has
+//! seen, at the worst places there are. The sweep ends when the stated bands and these errors are both within the accuracy.
 
 use std::path::Path;
 
@@ -32,23 +32,23 @@ pub struct Adaptation {
     pub rounds: Vec<RoundRecord>,
 }
 
-/// A round: the fit to what was solved until then.
+/// A round: the fit to the conditions solved until then.
 #[derive(Debug, Clone, Serialize)]
 #[allow(missing_docs)]
 pub struct RoundRecord {
     /// Conditions of the design until then.
     pub runs: usize,
-    /// Those of them that failed.
+    /// Failed conditions among them.
     pub failed: usize,
     /// Largest half width of the band of any point.
     #[serde(rename = "band_K")]
     pub band: f64,
-    /// The point that has it.
+    /// The point with this value.
     pub point: String,
-    /// Unit of its band, where that is not K.
+    /// Unit of the band, if it is not K.
     #[serde(skip_serializing_if = "is_kelvin")]
     pub unit: String,
-    /// What the fit of the round before said of the conditions that this round added.
+    /// Predictions of the fit of the round before at the conditions that this round added.
     pub predicted: Option<Predicted>,
 }
 
@@ -60,16 +60,16 @@ pub struct Predicted {
     /// Largest error of any point.
     #[serde(rename = "error_K")]
     pub error: f64,
-    /// The point that has it.
+    /// The point with this value.
     pub point: String,
-    /// Unit of its error, where that is not K.
+    /// Unit of the error, if it is not K.
     #[serde(skip_serializing_if = "is_kelvin")]
     pub unit: String,
     /// Share of all values inside the band stated before.
     pub share_in_band: f64,
 }
 
-/// Whether a unit goes without saying.
+/// Whether a unit is K, which is not written.
 fn is_kelvin(unit: &String) -> bool {
     unit == "K"
 }
@@ -80,7 +80,7 @@ impl Adaptation {
         self.rounds.last().map_or(0, |r| r.runs)
     }
 
-    /// What came of it, in a sentence.
+    /// Result of the sweep, in a sentence.
     pub fn sentence(&self) -> String {
         let Some(last) = self.rounds.last() else { return String::new() };
         let (asked, band) = (self.accuracy, significant(last.band, 2));
@@ -117,18 +117,18 @@ impl RoundRecord {
 /// A sweep that was run.
 #[derive(Debug)]
 pub struct Ran {
-    /// Its tables.
+    /// Tables of the sweep.
     pub swept: Swept,
-    /// How it came to its accuracy, where the sweep file states one.
+    /// How the sweep came to its accuracy, if the sweep file states one.
     pub adaptation: Option<Adaptation>,
-    /// The fit that was found accurate enough, or the last one; it leaves out what is uncertain of the machine.
+    /// The fit that was found accurate enough, or the last one, without the uncertainty of the machine.
     pub fit: Option<Fit>,
 }
 
-/// Runs a sweep, to its accuracy where it states one.
+/// Runs a sweep, to its accuracy if it states one.
 ///
 /// # Errors
-/// As [`Sweep::run`]; and no fit can be made to what was solved.
+/// Errors of [`Sweep::run`]; no fit can be made to the solved conditions.
 pub fn run(sweep: &Sweep, folder: &Path, options: SweepOptions<'_>, progress: &dyn Progress) -> Result<Ran> {
     let Some(growth) = &sweep.plan.growth else {
         return Ok(Ran { swept: sweep.run(folder, options)?, adaptation: None, fit: None });
@@ -160,9 +160,9 @@ struct State {
     fit: Fit,
     /// Rows of the plan that were fitted.
     rows: Vec<usize>,
-    /// Their conditions, in the variables of the fit.
+    /// Conditions of these rows, in the variables of the fit.
     conditions: Vec<Vec<f64>>,
-    /// Their values, by point.
+    /// Values of these rows, by point.
     values: Vec<Vec<f64>>,
     /// Rows of the plan that belong to the design, failed ones among them.
     design: Vec<usize>,
@@ -195,7 +195,7 @@ impl State {
         }
     }
 
-    /// By point: errors of this fit at the conditions that are new in `later`.
+    /// Errors of this fit at the conditions that are new in `later`, by point.
     fn errors_at(&self, later: &Self) -> Vec<Vec<f64>> {
         let new: Vec<usize> = (0..later.rows.len()).filter(|i| later.rows[*i] >= self.end).collect();
         let error = |p: usize, i: usize| {
@@ -205,7 +205,7 @@ impl State {
         (0..self.fit.points.len()).map(|p| new.iter().map(|i| error(p, *i)).collect()).collect()
     }
 
-    /// The same in short, held against the bands of this fit; `None` where no condition was added that could be solved.
+    /// Summary of these errors beside the bands of this fit; `None` if no condition was added that could be solved.
     fn predicted(&self, errors: &[Vec<f64>]) -> Option<Predicted> {
         let conditions = errors.first().map_or(0, Vec::len);
         let of = |(p, errors): (usize, &Vec<f64>)| (p, errors.iter().copied().fold(0.0, f64::max));
@@ -220,7 +220,8 @@ impl State {
         })
     }
 
-    /// The conditions to be added: where the points that miss the accuracy are least sure, or all where none does.
+    /// The conditions to be added: where the points that miss the accuracy are least sure, or all points if none
+    /// misses it.
     fn next(&self, growth: &Growth, round: usize, room: usize, so_far: &Round<'_>) -> Vec<Vec<f64>> {
         let scaled = |place: Vec<f64>| -> Vec<f64> { place.iter().map(|u| 2.0 * u - 1.0).collect() };
         let points = &self.fit.points;

@@ -6,8 +6,8 @@ use coldplate_explore::simulate::{History, LimitCourse, Subject};
 use coldplate_figures::chart::history::{Course, HistoryFigure};
 use coldplate_figures::chart::style::Quantity;
 
-/// The readings of every sensor over time; `notes` are lines for the footer, behind which stands what became of the machine's limits.
-/// A dashed line marks when the first limit is broken, or where none is, when all sensors have settled.
+/// The readings of every sensor over time; `notes` are lines for the footer, followed by the state of the machine's limits. A dashed
+/// line marks the time at which the first limit is broken, or, if none is, at which all sensors have settled.
 pub fn figure(model: &Subject<'_>, history: &History, mut notes: Vec<String>) -> HistoryFigure {
     let broken: Vec<(&LimitCourse, f64)> =
         history.limits.iter().filter_map(|limit| limit.first_broken.map(|passed| (limit, passed.at))).collect();

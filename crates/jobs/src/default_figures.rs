@@ -1,4 +1,4 @@
-//! The usual figures of a surrogate, drawn where nobody names others.
+//! The default figures of a surrogate, drawn if no others are named.
 
 use std::path::{Path, PathBuf};
 
@@ -12,7 +12,7 @@ use coldplate_surrogate::verdict::Surrogate;
 use coldplate_surrogate::verdict::condition::index_of;
 use coldplate_tables::Table;
 
-/// Draws everything a surrogate and its comparison say, but for topics that the gallery has already.
+/// Draws all figures of a surrogate and its comparison, except topics that the gallery has already.
 ///
 /// # Errors
 /// The surrogate cannot be queried, or a file cannot be written.

@@ -1,4 +1,4 @@
-//! What a sweep's tables give: a surrogate of its designs, and one table per one-factor sweep.
+//! Results from a sweep's tables: a surrogate of its designs, and one table per one-factor sweep.
 
 use super::figures::Comparison;
 use super::fitting;
@@ -10,14 +10,14 @@ use coldplate_surrogate::fit::model::{Held, Point, PointModel, Polynomial, Surro
 use coldplate_surrogate::fit::{self, Fit, FitOptions, file};
 use coldplate_tables::Table;
 
-/// The surrogate of a sweep and how it compares.
+/// The surrogate of a sweep and its comparison with the sweep.
 #[derive(Debug)]
 pub struct Fitted {
     /// The fit.
     pub fit: Fit,
     /// The surrogate file.
     pub bytes: Vec<u8>,
-    /// Every condition of the sweep beside what the surrogate says there.
+    /// Every condition of the sweep beside the surrogate's prediction.
     pub comparison: Comparison,
 }
 
@@ -40,11 +40,11 @@ pub fn rows_of(table: &Table, plan: &Plan, keep: impl Fn(&Group) -> bool) -> Tab
 pub struct Tables {
     /// Conditions to be fitted.
     pub fitted: Table,
-    /// Held-out conditions, where there are any.
+    /// Held-out conditions, if there are any.
     pub validation: Option<Table>,
-    /// Slopes along what is uncertain, at the conditions to be fitted, where there are any.
+    /// Slopes along the uncertain parameters, at the conditions to be fitted, if there are any.
     pub slopes: Option<Table>,
-    /// Conditions with held variables at other values, where there are any.
+    /// Conditions with held variables at other values, if there are any.
     pub followed: Option<Table>,
 }
 
@@ -55,8 +55,8 @@ impl From<&Swept> for Tables {
     }
 }
 
-/// A surrogate of everything that varies more than one variable at a time, if the sweep has such a design: made from `fit` where the
-/// sweep was fitted already.
+/// A surrogate of the designs that vary more than one variable at a time, if the sweep has any; made from `fit` if the sweep was
+/// fitted already.
 ///
 /// # Errors
 /// Errors of [`fitting::fit_table`].
@@ -100,8 +100,8 @@ pub fn one_factor_tables<'a>(plan: &'a Plan, table: &Table) -> Vec<(&'a Group, T
     plan.groups.iter().filter(|g| is_one_factor(g)).map(|g| (g, rows_of(table, plan, |other| other.name == g.name))).collect()
 }
 
-/// Whether a surrogate file can hold what a sweep will give, found out before the sweep, which takes its time: a constant is
-/// written in the place of every function.
+/// Checks, before the sweep takes its time, that a surrogate file can hold its result: a constant is written in the place of
+/// every function.
 ///
 /// # Errors
 /// Errors of [`file::encode`]: a name that is too long, too many points, variables or limits.

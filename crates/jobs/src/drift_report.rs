@@ -1,5 +1,5 @@
-//! The page of a drift test: how far the tool point moves along and about the axes while the machine warms up, as tests of machine
-//! tools report it (ISO 230-3).
+//! The page of a drift test: displacements of the tool point along and about the axes while the machine warms up, as tests of
+//! machine tools report them (ISO 230-3).
 
 use coldplate_base::error::{Error, Result};
 use coldplate_base::numbers::{duration, significant};
@@ -10,10 +10,10 @@ use coldplate_figures::chart::history::{Course, HistoryFigure};
 use coldplate_figures::chart::style::Quantity;
 use coldplate_figures::report::{Align, Cell, KeyFigure, Report, Section, Table};
 
-/// Most stretches of one condition that are listed.
+/// Most stretches of one condition that are listed, a count. Chosen: a page that can be read.
 const MOST: usize = 40;
 
-/// What such a test reports and no thermal model has.
+/// Results that a drift test reports and no thermal model has.
 const NOT_HERE: [&str; 5] = [
     "Scatter: noise and resolution of the probes, and repeatability of positioning. A model gives the same figure every time.",
     "What controls do: backlash, hysteresis, feedback by scales, the pitch of screws between two targets, and compensation that is \
@@ -24,7 +24,7 @@ const NOT_HERE: [&str; 5] = [
      measured ones.",
 ];
 
-/// Whether something moves that can be reported.
+/// Checks that there is a displacement to report.
 ///
 /// # Errors
 /// No reading is a displacement.
@@ -36,7 +36,7 @@ pub fn check(measurands: &[Measurand]) -> Result<()> {
     Err(Error::input("there is no displacement to report").at_key("--report").help(help))
 }
 
-/// The page of a history of `model`; `schedule` is what it was run through.
+/// The page of a history of `model`; `schedule` names the schedule that was run.
 ///
 /// # Errors
 /// The model has no displacement, or a figure cannot be drawn.
@@ -79,7 +79,8 @@ fn summary(section: &mut Section, history: &History, drifts: &[Drift], tilts: &[
     }
 }
 
-/// Name; range, first hour and way to the end; way to the steady state; and when little of it is left.
+/// Row of the table: name; range, change in the first hour and change to the end; change to the steady state; time at
+/// which little of it is left.
 type Figures = (String, [f64; 3], Option<f64>, Option<f64>);
 
 fn figures(title: &str, rows: impl Iterator<Item = Figures>) -> Table {
@@ -100,7 +101,7 @@ fn figures(title: &str, rows: impl Iterator<Item = Figures>) -> Table {
     table
 }
 
-/// Displacements from where they began, and temperatures.
+/// Figures of displacements from their start, and of temperatures.
 fn courses(section: &mut Section, model: &Subject<'_>, history: &History) -> Result<()> {
     for (measurand, title, quantity) in [
         (Measurand::Displacement, "Drift from the beginning", Quantity::new("drift", "um")),
@@ -134,7 +135,7 @@ fn stretches(history: &History) -> Vec<(usize, usize)> {
     all
 }
 
-/// The condition of every stretch, and how far each displacement went in it.
+/// Table of the condition of every stretch, and the change of each displacement in it.
 fn conditions(section: &mut Section, model: &Subject<'_>, history: &History, stretches: &[(usize, usize)]) {
     let moving: Vec<usize> = (0..model.sensors.len()).filter(|s| model.measurands[*s] == Measurand::Displacement).collect();
     let held = |v: usize| history.conditions.iter().all(|c| c.si()[v] == history.conditions[0].si()[v]);

@@ -1,4 +1,4 @@
-//! Surrogates and tables become figures.
+//! Figures from surrogates and tables.
 
 use statrs::distribution::{ContinuousCDF, Normal};
 
@@ -15,28 +15,28 @@ use coldplate_surrogate::fit::one_factor::OneFactor;
 use coldplate_surrogate::verdict::{self, Acceptability, ChanceAnswer, LimitAnswer, Surrogate};
 use coldplate_tables::Table;
 
-/// Nodes along each side of an acceptability map.
+/// Number of nodes along each side of an acceptability map. Chosen: smooth borders against time.
 const MAP_NODES: usize = 81;
-/// Most curves in one figure: more cannot be told apart.
+/// Most curves in one figure, a count. Chosen: more cannot be told apart.
 const MOST_CURVES: usize = 8;
 
 fn quantity(surrogate: &Surrogate<'_>, variable: usize) -> Quantity {
     surrogate.variable(variable).map_or_else(Quantity::default, |v| Quantity::new(v.name, v.unit))
 }
 
-/// Variables other than `shown`, with their values in `x`, and those that were held when the surrogate was made.
+/// Variables other than `shown`, with their values in `x`, and variables that were held when the surrogate was made.
 fn held(surrogate: &Surrogate<'_>, x: &[f64], shown: &[usize]) -> Vec<(Quantity, f64)> {
     let x = x.iter().take(surrogate.variable_count()).enumerate();
     let fixed = x.filter(|(i, _)| !shown.contains(i)).map(|(i, x)| (quantity(surrogate, i), *x));
     fixed.chain(always(surrogate)).collect()
 }
 
-/// The variables that were held when the surrogate was made: what a figure shows is true there alone.
+/// The variables that were held when the surrogate was made: a figure is valid for these values only.
 pub fn always(surrogate: &Surrogate<'_>) -> Vec<(Quantity, f64)> {
     surrogate.held().map(|held| (Quantity::new(held.name, held.unit), held.value)).collect()
 }
 
-/// The same as a line below a figure; none where nothing was held.
+/// A line below a figure with the held variables; none if nothing was held.
 fn held_note(surrogate: &Surrogate<'_>) -> Vec<String> {
     let held = always(surrogate);
     if held.is_empty() { Vec::new() } else { vec![fixed_conditions(&held)] }
@@ -52,7 +52,7 @@ pub fn centre(surrogate: &Surrogate<'_>) -> Vec<f64> {
     surrogate.variables().map(|v| f64::midpoint(v.low, v.high)).collect()
 }
 
-/// What the contour lines of a map are of.
+/// Quantity of a map's contour lines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Lines {
     /// The margin of the binding limit.
@@ -64,10 +64,11 @@ pub enum Lines {
 /// Acceptability over two variables, the others held at `x`.
 ///
 /// # Errors
-/// A variable that does not exist, or the same one twice, a surrogate without limits, or lines of a probability it does not know.
+/// A variable that does not exist, or is given twice; a surrogate without limits; lines of a probability that the surrogate does
+/// not have.
 pub fn map(surrogate: &Surrogate<'_>, across: usize, up: usize, x: &[f64], here: Option<Here>, lines: Lines) -> Result<AcceptabilityMap> {
     if lines == Lines::Probability && surrogate.uncertainty().is_none() {
-        return Err(Error::input("this surrogate says nothing of what its answers leave open, so no probability is known")
+        return Err(Error::input("this surrogate states no uncertainty of the machine, so no probability is known")
             .help("draw lines = \"margin\", or sweep and fit anew"));
     }
     let (Some(vx), Some(vy)) = (surrogate.variable(across), surrogate.variable(up)) else {
@@ -121,8 +122,8 @@ pub fn map(surrogate: &Surrogate<'_>, across: usize, up: usize, x: &[f64], here:
     })
 }
 
-/// Half width of the band that places the borders of the uncertain area: of all limits together where their probability is known,
-/// so that margin less half width is zero where that probability is the one asked for.
+/// Half width of the band that places the borders of the uncertain area. If the probability of all limits together is known,
+/// margin less half width is zero where that probability is the one asked for.
 fn half_width_of(limit: &LimitAnswer, chance: Option<&ChanceAnswer>) -> f64 {
     let own = (limit.high - limit.low) / 2.0;
     let deviations = |p: f64| Normal::standard().inverse_cdf(p.clamp(1e-12, 1.0 - 1e-12));
@@ -182,7 +183,7 @@ pub fn slices(surrogate: &Surrogate<'_>, variable: usize, x: &[f64], points: &[u
     Ok(parted(&whole))
 }
 
-/// A figure of many curves as several of at most `MOST_CURVES`, whose titles say which is which.
+/// A figure of many curves as several figures of at most `MOST_CURVES`, numbered in their titles.
 fn parted(whole: &OneFactorFigure) -> Vec<OneFactorFigure> {
     let count = whole.curves.len().div_ceil(MOST_CURVES).max(1);
     let per_figure = whole.curves.len().div_ceil(count).max(1);
@@ -229,7 +230,7 @@ pub fn one_factor(table: &Table, variable: &str, degree: usize, title: &str) -> 
     }))
 }
 
-/// Conditions of a table with what was found and what the surrogate says there.
+/// Conditions of a table with the found and the predicted values.
 #[derive(Debug, Clone, Default)]
 pub struct Comparison {
     /// Conditions, one row of one value per variable each.
@@ -241,7 +242,7 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    /// Holds `table` against `surrogate`; columns are matched by name.
+    /// Adds the conditions of `table` with the predictions of `surrogate`; columns are matched by name.
     ///
     /// # Errors
     /// A variable or point of the surrogate is not in the table.
@@ -284,7 +285,7 @@ pub fn worst_point(surrogate: &Surrogate<'_>, comparison: &Comparison) -> Option
     (0..surrogate.point_count()).rev().max_by(|a, b| error(*a).total_cmp(&error(*b)))
 }
 
-/// Which program and machine file a surrogate comes from, in a line.
+/// Provenance of a surrogate in a line: program and machine file.
 pub fn provenance(surrogate: &Surrogate<'_>) -> String {
     let shown = surrogate.provenance().filter(|(k, _)| ["program", "machine hash"].contains(k));
     shown.map(|(k, v)| format!("{k} {v}")).collect::<Vec<_>>().join("; ")
@@ -328,7 +329,7 @@ pub fn residuals(surrogate: &Surrogate<'_>, comparison: &Comparison, point: usiz
     })
 }
 
-/// Errors of every point on one axis. `fits` are the reports of the fit, where it is at hand.
+/// Errors of every point on one axis. `fits` are the reports of the fit, if available.
 pub fn errors(
     surrogate: &Surrogate<'_>,
     comparison: &Comparison,

@@ -15,7 +15,7 @@ use coldplate_surrogate::fit::model::{Followed, Held, Limit, LimitKind, Surrogat
 use coldplate_surrogate::fit::{self, Fit, FitOptions, Output, Residuals, Samples};
 use coldplate_tables::Table;
 
-/// The samples of a table: its varying condition variables and its outputs, and what it holds fixed.
+/// The samples of a table: its varying condition variables and its outputs; and its held variables.
 ///
 /// # Errors
 /// No condition variable varies, or there is no output.
@@ -46,7 +46,7 @@ pub fn samples(table: &Table) -> Result<(Samples, Vec<Held>)> {
     Ok((Samples { variables, rows, outputs }, held))
 }
 
-/// Fits a table and adds the machine's limits, what was held, and where the numbers come from.
+/// Fits a table and adds the machine's limits, the held variables, and the provenance of the numbers.
 ///
 /// # Errors
 /// Errors of [`samples`] and [`fit::fit`].
@@ -54,13 +54,13 @@ pub fn fit_table(table: &Table, scope: Option<&Scope>, options: &FitOptions) -> 
     fit_table_heard(table, scope, options, &Silent)
 }
 
-/// The same, saying how it comes along.
+/// Fits a table as [`fit_table`] does, and reports progress.
 ///
 /// # Errors
 /// Errors of [`fit_table`].
 pub fn fit_table_heard(table: &Table, scope: Option<&Scope>, options: &FitOptions, progress: &dyn Progress) -> Result<Fit> {
     let (samples, mut held) = samples(table)?;
-    // What nothing of the machine follows was not held at anything.
+    // A variable that nothing in the machine depends on does not count as held.
     let is_unused = |name: &str| scope.is_some_and(|m| m.variables.iter().enumerate().any(|(i, v)| v.name == name && !m.uses(i)));
     held.retain(|held| !is_unused(&held.name));
     let mut fit = fit::fit_heard(&samples, options, progress)?;
@@ -80,11 +80,11 @@ pub fn fit_table_heard(table: &Table, scope: Option<&Scope>, options: &FitOption
     Ok(fit)
 }
 
-/// Widens the bands by how far the rows themselves may be from the full solution, where a reduced model answered some.
+/// Widens the bands by the bounds of rows that a reduced model answered.
 fn widen(fit: &mut Fit, table: &Table) -> Result<()> {
     let Some((_, bounds)) = table.provenance.iter().find(|(key, _)| key == BOUNDS) else { return Ok(()) };
     let bounds: BTreeMap<String, f64> = serde_json::from_str(bounds).map_err(|e| {
-        Error::input(format!("what the table says of its bounds cannot be read: {e}"))
+        Error::input(format!("the bounds that the table states cannot be read: {e}"))
             .at_key(BOUNDS)
             .help("take the table as the sweep wrote it")
     })?;
@@ -101,7 +101,7 @@ fn widen(fit: &mut Fit, table: &Table) -> Result<()> {
     Ok(())
 }
 
-/// Adds what the answers leave open, from a table of slopes, where there is one.
+/// Adds the uncertainty of the answers, from a table of slopes, if there is one.
 ///
 /// # Errors
 /// Errors of [`Uncertainty::fit`].
@@ -112,8 +112,8 @@ pub fn with_uncertainty(fit: &mut Fit, slopes: Option<&Table>) -> Result<()> {
     Ok(())
 }
 
-/// Adds how the answers follow held variables, from a table of conditions at which these have other values, where there is one.
-/// A limit of the machine over such a variable moves with it.
+/// Adds how the answers follow held variables, from a table of conditions at which these have other values, if there is one. A
+/// limit of the machine over such a variable moves with it.
 ///
 /// # Errors
 /// Errors of [`Followed::fit`].
@@ -131,8 +131,8 @@ pub fn with_followed(fit: &mut Fit, scope: Option<&Scope>, table: Option<&Table>
     Ok(())
 }
 
-/// The limits of a machine in the surrogate's points and units; notes name those that cannot be carried over.
-/// A rise over a variable that was held is a maximum.
+/// The limits of a machine in the surrogate's points and units; notes name limits that cannot be carried over. A rise
+/// over a variable that was held is a maximum.
 pub(super) fn limits(scope: &Scope, surrogate: &Surrogate, held: &[Held]) -> (Vec<Limit>, Vec<String>) {
     let (mut limits, mut notes) = (Vec::new(), Vec::new());
     let point =
@@ -158,7 +158,7 @@ pub(super) fn limits(scope: &Scope, surrogate: &Surrogate, held: &[Held]) -> (Ve
     (limits, notes)
 }
 
-/// What a limit allows, in the unit of its points.
+/// Largest value that a limit allows, in the unit of its points.
 fn in_unit(limit: &machine::Limit, points: &[Point]) -> f64 {
     let (point, is_difference) = match &limit.kind {
         LimitKind::Maximum { point } => (*point, false),
@@ -198,7 +198,7 @@ pub struct PointRecord {
     pub leave_one_out: Residuals,
     pub k_fold: Option<Residuals>,
     pub half_width: f64,
-    /// By how much more it may be off while the machine moves, in the unit; where `--dynamics` says how it does.
+    /// Further error while the machine moves, in the unit; only with `--dynamics`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub over_time: Option<f64>,
 }

@@ -17,9 +17,9 @@ pub struct Gallery {
 /// A figure in the gallery.
 #[derive(Debug)]
 pub struct Entry {
-    /// What it belongs to.
+    /// Topic that the figure belongs to.
     pub topic: &'static str,
-    /// Its title.
+    /// Title of the figure.
     pub title: String,
     /// The SVG document.
     pub svg: String,

@@ -1,5 +1,5 @@
-//! What is in a file: of a surrogate, a reduced model, a machine, a sweep, a journal or a table, each recognised by its content or its ending.
-//! Every field is a key of `coldplate info --json`.
+//! Content of a file: a surrogate, a reduced model, a machine, a sweep, a journal or a table, each recognised by its content or its
+//! ending. Every field is a key of `coldplate info --json`.
 
 use std::path::Path;
 
@@ -21,7 +21,7 @@ use coldplate_surrogate::fit::model;
 use coldplate_surrogate::verdict::{self, LimitAnswer, LimitKind, Surrogate};
 use coldplate_tables::Table;
 
-/// What is in a file.
+/// Content of a file.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 #[allow(missing_docs)]
@@ -38,7 +38,7 @@ pub enum Info {
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 #[allow(missing_docs)]
 pub struct SurrogateInfo {
-    /// Version of its layout.
+    /// Version of the file's layout.
     pub version: u16,
     pub bytes: usize,
     pub variables: Vec<RangeInfo>,
@@ -49,7 +49,7 @@ pub struct SurrogateInfo {
     pub provenance: Vec<Fact>,
 }
 
-/// A variable that was held, with the range within which another value may be stated for it, where there is one.
+/// A variable that was held, with the range of values that may be stated for it, if there is one.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 #[allow(missing_docs)]
 pub struct HeldInfo {
@@ -89,7 +89,7 @@ pub struct PointInfo {
     pub model: String,
     /// Half width of the band that covers 95 % of new conditions, in the unit.
     pub half_width: f64,
-    /// By how much more it may be off while the machine moves, in the unit; of files that say how it does.
+    /// Further error while the machine moves, in the unit; only for files with dynamics.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub over_time: Option<f64>,
 }
@@ -100,13 +100,13 @@ pub struct PointInfo {
 pub struct ParameterInfo {
     pub name: String,
     pub unit: String,
-    /// What is known of it now.
+    /// Mean value by all that the file knows.
     pub value: f64,
     pub standard_deviation: f64,
     /// Values that may be stated for it.
     pub low: f64,
     pub high: f64,
-    /// Whether the deviation is assumed, since the machine file says nothing of it.
+    /// Whether the standard deviation is assumed, since the machine file does not state one.
     pub assumed: bool,
 }
 
@@ -115,13 +115,13 @@ pub struct ParameterInfo {
 #[allow(missing_docs)]
 pub struct LimitInfo {
     pub name: String,
-    /// What is limited, in words.
+    /// Limited quantity, in words.
     pub of: String,
     pub maximum: f64,
     pub unit: String,
 }
 
-/// A fact on where the numbers come from.
+/// A fact on the origin of the numbers.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 #[allow(missing_docs)]
 pub struct Fact {
@@ -129,7 +129,7 @@ pub struct Fact {
     pub value: String,
 }
 
-/// A machine file; what it has of each kind by name.
+/// A machine file, with the names of its entries by kind.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 #[allow(missing_docs)]
 pub struct MachineInfo {
@@ -157,7 +157,7 @@ pub struct MachineVariable {
     #[serde(flatten)]
     pub range: RangeInfo,
     pub default: Option<f64>,
-    /// Whether anything of the machine follows it.
+    /// Whether anything in the machine depends on it.
     pub used: bool,
 }
 
@@ -189,7 +189,7 @@ pub struct ReducedInfo {
     pub machine: String,
     pub hash: String,
     pub bytes: usize,
-    /// Ranges that it was made for.
+    /// Ranges that the model was made for.
     pub variables: Vec<RangeInfo>,
     /// Numbers that may be given other values than the file's.
     pub parameters: Vec<String>,
@@ -202,9 +202,9 @@ pub struct ReducedInfo {
     pub checks: usize,
     pub largest_error_K: f64,
     pub largest_bound_K: f64,
-    /// Whether it follows temperatures over time.
+    /// Whether the model follows temperatures over time.
     pub in_time: bool,
-    /// Whether it holds the temperatures of all cells.
+    /// Whether the model holds the temperatures of all cells.
     pub field: bool,
 }
 
@@ -218,7 +218,7 @@ pub struct JournalInfo {
     /// Lines that are damaged; their conditions are run again.
     pub damaged_lines: Vec<usize>,
     pub outputs: Vec<String>,
-    /// What the results depend on.
+    /// Facts that the results depend on.
     pub identity: Vec<Fact>,
 }
 
@@ -245,18 +245,18 @@ pub struct ColumnInfo {
 }
 
 impl Info {
-    /// What is in the bytes of a surrogate file.
+    /// Content of the bytes of a surrogate file.
     ///
     /// # Errors
-    /// It is damaged.
+    /// The file is damaged.
     pub fn of_surrogate(bytes: &[u8]) -> Result<Self> {
         surrogate(bytes).map(Self::Surrogate)
     }
 
-    /// Looks into a file.
+    /// Content of a file.
     ///
     /// # Errors
-    /// It cannot be read, is of no kind that is known here, or is no sound file of its kind.
+    /// The file cannot be read, is of no known kind, or is no sound file of its kind.
     pub fn of(path: &Path) -> Result<Self> {
         if path.is_dir() {
             return Err(Error::input("this is a folder").in_file(path).help("name a file in it, such as surrogate.cps or sweep.csv"));

@@ -48,10 +48,10 @@ pub use default_figures::chart;
 
 /// Name of the surrogate in the output folder.
 pub const SURROGATE: &str = "surrogate.cps";
-/// The held-out error aimed at, K.
+/// The held-out error aimed at, K. Chosen: drawn as a line in figures, it decides nothing.
 pub const TARGET: f64 = 0.02;
 
-/// What a job did, point by point.
+/// Results of a job.
 #[derive(Debug)]
 pub struct Summary {
     /// The folder everything is in.
@@ -60,9 +60,9 @@ pub struct Summary {
     pub conditions: (usize, usize),
     /// Conditions that failed, with the reason.
     pub failures: Vec<sweep::Failure>,
-    /// How many conditions a reduced model answered, where the sweep file asks for an accuracy of all rows.
+    /// Number of conditions that a reduced model answered, if the sweep file asks for an accuracy of all rows.
     pub answered: Option<Answered>,
-    /// How it came to the accuracy that the sweep file states, where it does.
+    /// How the sweep came to the accuracy that the sweep file states, if it states one.
     pub adaptation: Option<Adaptation>,
     /// One per measurement point of the surrogate; empty for sweeps of one factor at a time.
     pub points: Vec<PointSummary>,
@@ -83,7 +83,7 @@ pub struct PointSummary {
     pub name: String,
     /// The model in a few words.
     pub model: String,
-    /// Unit of its errors: K of a temperature.
+    /// Unit of the point's errors: K for a temperature.
     pub unit: String,
     /// Root mean square of the leave-one-out errors.
     pub leave_one_out: f64,
@@ -96,7 +96,7 @@ pub struct PointSummary {
 }
 
 impl Summary {
-    /// The unit of the errors of all points, where it is one.
+    /// The unit of the errors of all points, if it is the same for all.
     pub fn unit_of_errors(&self) -> Option<&str> {
         let first = self.points.first()?.unit.as_str();
         self.points.iter().all(|p| p.unit == first).then_some(first)
@@ -216,13 +216,13 @@ pub fn run<'a>(sweep: &Sweep, folder: &Path, options: sweep::SweepOptions<'a>, p
     Ok(summary)
 }
 
-/// Everything the report is made from.
+/// Input of the report.
 struct Material<'a> {
     sweep: &'a Sweep,
     swept: &'a Swept,
     fitted: Option<&'a Fitted>,
     checked: &'a [Checked],
-    /// Of the machine, where we solved.
+    /// Inventory of the machine, if this program solved it.
     inventory: Option<&'a Inventory>,
     gallery: &'a Gallery,
     summary: &'a Summary,

@@ -26,7 +26,7 @@ pub struct Checked {
     pub rows: Vec<CheckedReading>,
     /// Readings beside predictions.
     pub figure: MeasuredFigure,
-    /// Where the heat goes.
+    /// Heat balance of the state.
     pub heat: HeatFigure,
     /// Heat in, heat out (W), relative imbalance.
     pub balance: (f64, f64, f64),
@@ -37,20 +37,21 @@ pub struct Checked {
 pub struct CheckedReading {
     /// Name of the sensor.
     pub name: String,
-    /// What was read, degC.
+    /// Reading, degC.
     pub measured: f64,
-    /// Half width of its 95 % interval, K, where it is stated.
+    /// Half width of the reading's 95 % interval, K, if it is stated.
     pub uncertainty: Option<f64>,
-    /// What the machine file predicts, degC.
+    /// Prediction of the machine file, degC.
     pub predicted: f64,
-    /// Half width of the prediction's 95 % band by all that the machine file leaves open, K.
+    /// Half width of the prediction's 95 % band, K, by the parameters that the machine file leaves open and the model
+    /// error.
     pub band: f64,
-    /// What another program predicted, degC.
+    /// Prediction of another program, degC.
     pub other: Option<f64>,
 }
 
 impl CheckedReading {
-    /// Whether reading and prediction differ by no more than both are uncertain.
+    /// Whether reading and prediction differ by no more than their uncertainties together.
     pub fn is_inside(&self) -> bool {
         (self.predicted - self.measured).abs() <= self.band.hypot(self.uncertainty.unwrap_or(0.0))
     }
@@ -113,7 +114,7 @@ pub fn one(study: &Study, measurement: &Measurement) -> Result<Checked> {
     let condition = condition_of(&model.machine, measurement)?;
     let solver = model.solver(&condition)?;
     let state = model.solve(&solver, &condition)?;
-    // What the sensors show is what was read.
+    // Sensors show a value with lag, offset and gain, and the readings are shown values.
     let shown = |(sensor, at): (&Sensor, f64)| sensor.measurand().shown(sensor.shows.settled(at));
     let predicted: Vec<f64> = model.machine.sensors.iter().zip(model.read(&state)).map(shown).collect();
     let bands = bands(study, &condition, &state)?;
@@ -168,7 +169,8 @@ pub fn one(study: &Study, measurement: &Measurement) -> Result<Checked> {
 }
 
 /// Half width of the 95 % band of every sensor at a state, K: by the parameters that the machine file leaves open, with their
-/// correlations, and by what the model misses, which grows away from the conditions at which it was compared with measurements.
+/// correlations, and by the model error, which grows away from the conditions at which the model was compared with
+/// measurements.
 ///
 /// # Errors
 /// Errors of [`Study::open_parameters`], [`Study::correlations`] and [`Derivatives::along_open`].
@@ -187,7 +189,7 @@ fn bands(study: &Study, condition: &Condition, state: &SteadyState) -> Result<Ve
     Ok(slopes.iter().zip(&missing.sensors).map(band).collect())
 }
 
-/// How far a condition is from the mean of those that were measured, in halves of the ranges of its variables.
+/// Distance of a condition from the mean of the measured ones, in halves of the ranges of its variables.
 fn distance(machine: &Machine, condition: &Condition) -> f64 {
     let rows = &machine.model_error.measured;
     let square = |(v, variable): (usize, &Variable)| {
@@ -198,7 +200,7 @@ fn distance(machine: &Machine, condition: &Condition) -> f64 {
     machine.variables.iter().enumerate().filter_map(square).sum::<f64>().sqrt()
 }
 
-/// Sources and sinks of a state; what carries next to nothing is left out.
+/// Sources and sinks of a state; those that carry next to nothing are left out.
 pub fn heat(model: &MeshedMachine, state: &SteadyState, title: String, fixed: Fixed) -> HeatFigure {
     let flows = model.flows(state);
     HeatFigure {

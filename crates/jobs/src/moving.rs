@@ -1,4 +1,4 @@
-//! A surrogate that moves: the dynamics of a reduced model in few states, put into the file of a surrogate, and schedules run
+//! Surrogates over time: the dynamics of a reduced model in few states, put into the file of a surrogate, and schedules run
 //! through it.
 
 use coldplate_runtime::{State, Surrogate as Opened};
@@ -17,33 +17,40 @@ use coldplate_surrogate::fit::file;
 use coldplate_surrogate::fit::in_time::Sample;
 use coldplate_surrogate::fit::model::{InTime, Point, Surrogate};
 
-/// States of the dynamics.
+/// Number of states of the dynamics, at most. Chosen: more states are more accurate, but a step costs their third
+/// power.
 const STATES: usize = 24;
-/// Conditions that they are fitted to, beside the corners of the range.
+/// Number of conditions that the dynamics are fitted to, beside the corners of the range. Chosen: more than the
+/// polynomials have terms, each costs a linearised reduced model.
 const CONDITIONS: usize = 200;
-/// Corners are taken of up to so many variables.
+/// Most variables whose corners are taken, a count. Chosen: the number of corners doubles with each.
 const MOST_CORNERED: usize = 6;
+/// Seed of the conditions and histories, a number without meaning.
 const SEED: u64 = 11;
-/// Random histories that the error over time is taken from, the stretches of one condition in each, and their shortest and longest
-/// in slowest time constants.
+/// Number of random histories that the error over time is taken from. Chosen: each costs a run of the reduced model.
 const HISTORIES: usize = 8;
+/// Number of stretches of one condition in each history. Chosen as for the histories of the reduced model.
 const STRETCHES: usize = 5;
+/// Shortest and longest stretch, in slowest time constants. Chosen: from a change that only fast states follow to one that
+/// mostly settles.
 const LENGTHS: (f64, f64) = (0.01, 1.0);
-/// Outputs in a stretch, and the first of them, s.
+/// Number of outputs in a stretch. Chosen: dense enough to meet the largest error.
 const OUTPUTS: usize = 24;
+/// Time of the first output after the beginning of a stretch, s. Chosen: early enough for the fastest response.
 const FIRST: f64 = 1.0;
 /// Unit of displacements.
 const LENGTHS_IN: &str = "um";
-/// Temperature that histories begin at where none is among the points, in degC.
+/// Temperature that histories begin at if no point is a temperature, in degC. Chosen: a usual room.
 const ROOM: f64 = 20.0;
-/// What the largest error there is multiplied by.
+/// Factor on the largest error in the histories, dimensionless. Chosen: other histories may be worse, larger widens
+/// every band.
 const SAFETY: f64 = 1.5;
 
-/// Adds to a surrogate how the machine moves, from a reduced model that was made with histories.
+/// Adds dynamics to a surrogate, from a reduced model that was made with histories.
 ///
 /// # Errors
-/// The model knows steady states only, or was not made for the range of the surrogate or for what it holds; a point that is no
-/// temperature sensor of the model; dynamics that cannot be fitted.
+/// The model knows steady states only, or was not made for the range of the surrogate or its held values; a point is no
+/// temperature sensor of the model; the dynamics cannot be fitted.
 pub fn with_dynamics(surrogate: &mut Surrogate, model: &ReducedModel, progress: &dyn Progress) -> Result<()> {
     let Some(known) = &model.in_time else {
         return Err(Error::input("this reduced model knows steady states only").help("make it with `coldplate reduce MACHINE --histories`"));
@@ -58,7 +65,7 @@ pub fn with_dynamics(surrogate: &mut Surrogate, model: &ReducedModel, progress: 
         }
         x
     };
-    progress.at("fitting what moves the machine");
+    progress.at("fitting the dynamics of the machine");
     let mut shares = design::latin_hypercube(CONDITIONS, varied.len(), SEED);
     if varied.len() <= MOST_CORNERED {
         shares.extend(design::corners(varied.len()));
@@ -99,10 +106,10 @@ pub fn with_dynamics(surrogate: &mut Surrogate, model: &ReducedModel, progress: 
     Ok(())
 }
 
-/// How the surrogate's variables and points stand in a machine.
+/// The surrogate's variables and points in a machine.
 struct Places<'a> {
     machine: &'a Machine,
-    /// The machine's variables: that of the surrogate, or a value it holds (SI).
+    /// For each variable of the machine: index of the surrogate's variable, or the held value (SI).
     values: Vec<std::result::Result<usize, f64>>,
     units: Vec<String>,
     /// Sensor of each point.
@@ -161,7 +168,7 @@ impl<'a> Places<'a> {
         Ok(Condition::from_si(self.machine.variables.iter().zip(&self.values).map(si).collect::<Result<_>>()?))
     }
 
-    /// A point's value as its sensor reads it, K or um.
+    /// A point's value in the unit of its sensor, K or um.
     fn reading(&self, point: usize, value: f64) -> f64 {
         if self.lengths[point] { value } else { self.kelvin(value) }
     }
@@ -176,7 +183,7 @@ impl<'a> Places<'a> {
 struct Trial {
     /// Whether everything begins at the coldest reading of the first steady state; otherwise it begins in that state.
     is_uniform: bool,
-    /// Each with its length, s.
+    /// Conditions, each with its length, s.
     stretches: Vec<(Vec<f64>, f64)>,
 }
 
@@ -230,11 +237,11 @@ impl Trial {
     }
 }
 
-/// A surrogate on its way through a schedule.
+/// A surrogate that runs through a schedule.
 pub struct Moving<'a> {
     surrogate: &'a Opened<'a>,
     state: Option<State>,
-    /// Those of a query, then those held.
+    /// Variables of a query, then the held ones.
     variables: Vec<Variable>,
     points: Vec<String>,
     measurands: Vec<Measurand>,
@@ -273,12 +280,12 @@ impl<'a> Moving<'a> {
         })
     }
 
-    /// What a schedule of it may speak of.
+    /// Quantities that a schedule may name.
     pub fn quantities(&self) -> Quantities<'_> {
         Quantities { variables: &self.variables, sensors: self.points.iter().map(String::as_str).collect(), heat_flows: Vec::new() }
     }
 
-    /// An error of a schedule that states some variables; where it is that values of others are missing, with a remedy that suits a
+    /// An error of a schedule that states some variables. If values of others are missing, the remedy is one that suits a
     /// surrogate, which holds no defaults.
     #[must_use]
     pub fn without_defaults(&self, error: Error, is_stated: impl Fn(&str) -> bool) -> Error {
@@ -300,7 +307,7 @@ impl<'a> Moving<'a> {
         }
     }
 
-    /// What a history of it is of.
+    /// Subject of the histories: name, sensors, limits.
     pub fn subject(&self) -> Subject<'_> {
         let name = self.surrogate.provenance().find(|(key, _)| *key == "machine").map_or("surrogate", |(_, name)| name);
         let cells = self.surrogate.provenance().find(|(key, _)| *key == "cells").and_then(|(_, cells)| cells.parse().ok());
@@ -333,7 +340,7 @@ impl<'a> Moving<'a> {
         .collect()
     }
 
-    /// What all sensors read in a state, at a condition in the units of a query: K, um.
+    /// Readings of all sensors in a state, at a condition in the units of a query: K, um.
     fn readings(&self, state: &State, x: &[f64]) -> Result<Vec<f64>> {
         let mut values = vec![0.0; self.surrogate.point_count()];
         self.surrogate.read(state, x, &mut values).map_err(refused)?;
@@ -352,7 +359,7 @@ impl<'a> Moving<'a> {
     }
 }
 
-/// A limit of a surrogate, as one of a machine whose sensors are its points: in SI.
+/// A limit of a surrogate as a machine's limit in SI; the points take the place of sensors.
 fn limit_of(surrogate: &Opened<'_>, limit: coldplate_runtime::Limit<'_>) -> Result<Limit> {
     let strange = || Error::input(format!("the limit '{}' looks at a point that is not there", limit.name));
     let kind: LimitKind<Vec<usize>> = limit.kind.renumbered(Some, Some).ok_or_else(strange)?;
@@ -360,7 +367,7 @@ fn limit_of(surrogate: &Opened<'_>, limit: coldplate_runtime::Limit<'_>) -> Resu
     let maximum = match kind {
         _ if unit == LENGTHS_IN => units::convert(limit.maximum, unit, Dimension::LENGTH)?,
         LimitKind::Maximum { .. } => units::convert(limit.maximum, unit, Dimension::TEMPERATURE)?,
-        // Differences of temperatures are in K, whatever the points are in.
+        // Differences of temperatures are in K, whatever the unit of the points.
         _ => limit.maximum,
     };
     Ok(Limit { name: limit.name.to_string(), kind, maximum })

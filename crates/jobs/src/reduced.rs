@@ -1,4 +1,4 @@
-//! Reduced models for those who ask them: what varies, what a model is like, and its answers.
+//! Reduced models for users: ranges of variables, records of models, and their answers.
 
 use std::collections::BTreeMap;
 
@@ -11,11 +11,11 @@ use coldplate_describe::machine::{Condition, Variable};
 use coldplate_reduce::{Answer, ReducedModel};
 use coldplate_solve::meshed::{LimitState, limit_states};
 
-/// Variables that vary where nothing else is said.
+/// Variables that vary unless the user names others: the four of every machine.
 pub(super) const USUAL: [&str; 4] = ["coolant_flow", "coolant_temperature", "motor_speed", "ambient_temperature"];
 
-/// The range of every variable of a machine, SI; those that do not vary have one value. `vary` names those that do, with commas, or
-/// is `all`; `stated` has ranges by name, `"2 L/min .. 18 L/min"`.
+/// The range of every variable of a machine, SI; a variable that does not vary has one value. `vary` names the varying ones, with
+/// commas, or is `all`; `stated` has ranges by name, `"2 L/min .. 18 L/min"`.
 ///
 /// # Errors
 /// A name that is no variable, a range that cannot be read, a variable with neither range nor default.
@@ -70,7 +70,7 @@ pub fn ranges(variables: &[Variable], vary: Option<&str>, stated: &[(String, Str
 #[derive(Debug, Serialize)]
 #[allow(non_snake_case)]
 pub struct MadeRecord {
-    /// Its file.
+    /// File of the model; left out if empty.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub file: String,
     /// Size of the file.
@@ -85,7 +85,7 @@ pub struct MadeRecord {
     pub conductors_of_the_machine: usize,
     /// Cells of the full model.
     pub cells: usize,
-    /// Its nodes.
+    /// Nodes of the full model.
     pub nodes: usize,
     /// Conditions solved in full.
     pub solved: usize,
@@ -93,54 +93,54 @@ pub struct MadeRecord {
     pub failed: usize,
     /// Further conditions that the bound was calibrated on.
     pub checks: usize,
-    /// Largest bound that was asked for.
+    /// Largest bound that was asked for, K.
     pub accuracy_K: f64,
-    /// Whether the bound came below it.
+    /// Whether the largest bound is within the accuracy.
     pub reached: bool,
-    /// Largest error at the further conditions.
+    /// Largest error at the conditions of the calibration, K.
     pub largest_error_K: f64,
-    /// Largest bound there.
+    /// Largest bound at the conditions of the calibration and at further ones without a full solve, K.
     pub largest_bound_K: f64,
     /// Variables that vary.
     pub varied: Vec<String>,
     /// Parameters that vary.
     pub parameters: Vec<String>,
-    /// Open parameters that it keeps as the machine file has them.
+    /// Open parameters that keep the value of the machine file.
     pub parameters_left_out: Vec<String>,
-    /// In time, where the model was made for that.
+    /// Bound over time, if the model was made with histories.
     pub in_time: Option<TimeRecord>,
-    /// The temperatures of all cells, where the model has them.
+    /// The temperatures of all cells, if the model has them.
     pub field: Option<FieldRecord>,
-    /// Seconds that it took.
+    /// Time taken, s.
     pub seconds: f64,
 }
 
-/// How the temperatures of all cells do.
+/// Size and error of the temperatures of all cells.
 #[derive(Debug, Serialize)]
 #[allow(non_snake_case)]
 pub struct FieldRecord {
-    /// Their size in the file.
+    /// Size in the file.
     pub bytes: usize,
-    /// Largest error of any cell at the further conditions.
+    /// Largest error of any cell at the conditions of the calibration, K.
     pub largest_error_K: f64,
 }
 
-/// How it does in time.
+/// Bound of the model over time.
 #[derive(Debug, Serialize)]
 #[allow(non_snake_case)]
 pub struct TimeRecord {
-    /// Histories that it is made of.
+    /// Number of histories that contributed modes.
     pub histories: usize,
-    /// Further ones that the bound was calibrated on.
+    /// Number of further histories that the bound was calibrated on.
     pub checks: usize,
-    /// Largest error at those.
+    /// Largest error in the histories of the calibration, K.
     pub largest_error_K: f64,
-    /// Largest bound at those.
+    /// Largest bound in the histories of the calibration, K.
     pub largest_bound_K: f64,
 }
 
 impl MadeRecord {
-    /// Of a model whose bounds were to come below `accuracy`, K, and its file of so many bytes.
+    /// Record of a model whose bounds were to come below `accuracy`, K, and of its file of `bytes` bytes.
     pub fn of(model: &ReducedModel, file: String, bytes: usize, accuracy: f64) -> Self {
         let made = &model.made;
         let varied = model.machine.variables.iter().zip(&model.ranges).filter(|(_, (low, high))| high > low);
@@ -184,9 +184,9 @@ impl MadeRecord {
 pub struct SteadyRecord {
     /// Temperatures of the sensors' places, degC.
     pub sensors: BTreeMap<String, f64>,
-    /// How far each may be from that of the full model.
+    /// Bound on the difference of each temperature from the full model's, K.
     pub bounds_K: BTreeMap<String, f64>,
-    /// The same of displacements, where there are some.
+    /// Bound on the difference of each displacement from the full model's, um, if there are displacements.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub bounds_um: BTreeMap<String, f64>,
     /// Channels by name.
@@ -197,16 +197,16 @@ pub struct SteadyRecord {
     pub in_range: bool,
     /// Modes that answered.
     pub modes: usize,
-    /// Steps that it took.
+    /// Steps of the iteration.
     pub newton_iterations: usize,
-    /// Largest error of any cell at the conditions that the bounds were calibrated on, where the model has its field.
+    /// Largest error of any cell at the conditions that the bounds were calibrated on, K, if the model has its field.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub field_error_K: Option<f64>,
-    /// Seconds that it took.
+    /// Time taken, s.
     pub seconds: f64,
 }
 
-/// What flows through a channel.
+/// Flow through a channel.
 #[derive(Debug, Serialize)]
 #[allow(non_snake_case, missing_docs)]
 pub struct ChannelRecord {
@@ -224,14 +224,14 @@ pub struct LimitRecord {
     pub name: String,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub margin_K: Option<f64>,
-    /// Of a displacement.
+    /// Margin of a limit on a displacement, um.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub margin_um: Option<f64>,
     pub kept: bool,
 }
 
 impl SteadyRecord {
-    /// Of an answer at a condition.
+    /// Record of an answer at a condition.
     pub fn of(model: &ReducedModel, answer: &Answer, condition: &Condition, seconds: f64) -> Self {
         let network = &model.fine.network;
         let names = || network.sensor_names.iter().cloned();
@@ -269,10 +269,10 @@ impl SteadyRecord {
     }
 }
 
-/// Condition and parameters; what is not given has the machine's default or the file's value.
+/// Condition and parameters; values that are not given are the machine's defaults and the file's values.
 ///
 /// # Errors
-/// A name that is neither a variable nor a parameter, or a value that is none of it.
+/// A name is neither a variable nor a parameter, or a value is none of it.
 pub fn place(model: &ReducedModel, given: Vec<(String, String)>) -> Result<(Condition, Vec<f64>)> {
     let mut pairs = Vec::new();
     let mut parameters: Vec<f64> = model.parameters.iter().map(|p| p.nominal).collect();

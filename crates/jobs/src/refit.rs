@@ -14,14 +14,14 @@ use coldplate_explore::sweep::{self, Definition};
 use coldplate_solve::sensitivity::Study;
 use coldplate_surrogate::fit::{FitOptions, file};
 
-/// Held-out conditions.
+/// Number of held-out conditions. Chosen: each costs a solve.
 const HELD_OUT: usize = 16;
-/// Runs per varied variable beside the corners.
+/// Number of runs per varied variable beside the corners. Chosen: more make a better surrogate, each costs a solve.
 const PER_VARIABLE: usize = 12;
-/// Most variables whose corners are run too.
+/// Most variables whose corners are run too, a count. Chosen: the number of corners doubles with each.
 const CORNERS: u32 = 5;
 
-/// A surrogate and how good it is.
+/// A surrogate and its errors.
 #[derive(Debug)]
 pub struct Refit {
     /// The surrogate file.
@@ -36,7 +36,7 @@ pub struct Refit {
     pub notes: Vec<String>,
 }
 
-/// Whether a machine states enough for a design.
+/// Checks that a machine states enough for a design.
 ///
 /// # Errors
 /// No variable has a range, or one has neither range nor default.

@@ -1,4 +1,4 @@
-//! The report of a job: what was asked, what came out, how far it can be trusted, what was assumed.
+//! The report of a job: its question, its results, how far they can be trusted, and the assumptions.
 
 use std::path::Path;
 
@@ -147,7 +147,7 @@ fn acceptability(section: &mut Section, material: &Material<'_>) -> Result<()> {
     let columns = [("condition", Align::Left), ("verdict", Align::Left), ("limit that decides", Align::Left), ("margin [K]", Align::Right)];
     let mut table = Table::new(columns);
     let ranges: Vec<(f64, f64)> = surrogate.variables().map(|v| (v.low, v.high)).collect();
-    // Corners and middle of the first three variables tell most; the rest stay in the middle.
+    // Corners and middle of the first three variables tell most; other variables stay in the middle.
     for share in [[0.5, 0.5, 0.5], [0.0, 0.5, 0.0], [0.0, 0.5, 1.0], [1.0, 0.0, 1.0], [1.0, 1.0, 1.0], [0.5, 0.5, 0.8]] {
         let at = |(i, (low, high)): (usize, &(f64, f64))| low + (high - low) * share.get(i).copied().unwrap_or(0.5);
         let x: Vec<f64> = ranges.iter().enumerate().map(at).collect();

@@ -1,4 +1,5 @@
-//! Sensitivities at one condition: what every reading owes to variables and numbers of the machine file.
+//! Sensitivities at one condition: derivatives of every reading with respect to variables and numbers of the machine
+//! file.
 
 use serde_json::{Map, Value, json};
 
@@ -9,34 +10,34 @@ use coldplate_solve::sensitivity::{Derivatives, Jacobian, Kind, Parameter, Study
 
 /// A reading.
 pub struct Row {
-    /// What is read.
+    /// Target that is read.
     pub target: Target,
-    /// Its name.
+    /// Name of the reading.
     pub name: String,
-    /// Its value: degC, or K of a difference.
+    /// Value of the reading: degC, or K for a difference.
     pub value: f64,
-    /// Whether that is a temperature.
+    /// Whether the value is a temperature, not a difference.
     pub is_absolute: bool,
 }
 
 /// Readings at one condition, and their derivatives.
 pub struct Sensitivities<'s> {
-    /// The state they are at.
+    /// The state that the derivatives are taken at.
     pub at: Derivatives<'s>,
     /// Readings.
     pub rows: Vec<Row>,
-    /// What they are derived by.
+    /// Parameters of the derivatives.
     pub parameters: Vec<Parameter>,
     /// Derivatives, a row for each reading.
     pub found: Jacobian,
 }
 
 impl<'s> Sensitivities<'s> {
-    /// Of readings (sensors, limits, outlets of channels; empty: all sensors) by variables and numbers of the machine file (empty:
-    /// all variables, contact conductances, emissivities and sources).
+    /// Derivatives of readings (sensors, limits, outlets of channels; empty: all sensors) with respect to variables and numbers of
+    /// the machine file (empty: all variables, contact conductances, emissivities and sources).
     ///
     /// # Errors
-    /// A name of neither, or no steady state.
+    /// A name is neither a variable nor a number of the machine file, or there is no steady state.
     pub fn of(study: &'s Study, condition: &Condition, readings: &[String], by: &[String]) -> Result<Self> {
         let parameters = if by.is_empty() {
             study.usual_parameters()
@@ -51,7 +52,7 @@ impl<'s> Sensitivities<'s> {
         Ok(Self { at, rows, parameters, found })
     }
 
-    /// As outside programs read it; `seconds` is the time it took.
+    /// The record for outside programs; `seconds` is the time taken.
     pub fn record(&self, seconds: f64) -> Value {
         let Self { at, rows, parameters, found } = self;
         let described: Map<String, Value> = parameters

@@ -1,4 +1,4 @@
-//! Surrogates that answer for as long as the process lives: opened once, asked from many threads.
+//! Surrogates that answer for as long as the process lives: opened once, queried from many threads.
 
 use std::path::Path;
 
@@ -36,7 +36,8 @@ pub struct Book {
 }
 
 impl Book {
-    /// Reads a surrogate file; its name is that of the file without its ending, with `_` for what an address cannot carry.
+    /// Reads a surrogate file; the name of the book is that of the file without its ending, with `_` for signs that an
+    /// address cannot carry.
     ///
     /// # Errors
     /// A file that cannot be read or is damaged, or whose name has no letter or digit.
@@ -56,22 +57,22 @@ impl Book {
         self.opened.borrow_dependent()
     }
 
-    /// Whether it was read from a file of this content.
+    /// Whether the surrogate was read from a file of this content.
     pub fn is_of(&self, bytes: &[u8]) -> bool {
         self.opened.borrow_owner() == bytes
     }
 
-    /// Its name: letters, digits, `-`, `_` and `.`.
+    /// Name of the surrogate: letters, digits, `-`, `_` and `.`.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// What `coldplate info --json` says of it.
+    /// Output of `coldplate info --json` for the surrogate.
     pub fn info(&self) -> &[u8] {
         &self.info
     }
 
-    /// The page that `coldplate export --to html` makes of it.
+    /// The page that `coldplate export --to html` makes of the surrogate.
     pub fn page(&self) -> &[u8] {
         &self.page
     }
@@ -81,7 +82,7 @@ impl Book {
         question.is_plain(self.surrogate())
     }
 
-    /// The answer as JSON, as `coldplate query --json` gives it.
+    /// The answer as JSON, like that of `coldplate query --json`.
     ///
     /// # Errors
     /// Errors of [`Question::ask`].
@@ -101,7 +102,7 @@ impl Book {
     /// The answers to many conditions as JSON, in their order.
     ///
     /// # Errors
-    /// No condition at all; that of the first condition that has one.
+    /// There is no condition; otherwise the error of the first condition with one.
     pub fn answers(&self, batch: &Batch) -> Result<Vec<u8>> {
         if batch.conditions.is_empty() {
             return Err(Error::input("there are no conditions here").at_key("conditions").help("give one object for each"));
@@ -114,7 +115,7 @@ impl Book {
         json(&BatchRecord { conditions: found.into_iter().collect::<Result<_>>()? })
     }
 
-    /// The answers to rows of CSV as CSV, as `coldplate query --csv` gives them, and how many there are.
+    /// The answers to rows of CSV as CSV, like those of `coldplate query --csv`, and the number of rows.
     ///
     /// # Errors
     /// Errors of [`stream::answer`].
@@ -128,7 +129,7 @@ impl Book {
 /// Reads a question, or many, from JSON.
 ///
 /// # Errors
-/// It is no JSON object, or has keys or values that are not asked for.
+/// The text is no JSON object, or has unknown keys or wrong values.
 pub fn read<T: DeserializeOwned>(json: &[u8]) -> Result<T> {
     // An array would be taken for the fields in their order.
     if json.trim_ascii_start().first() == Some(&b'[') {
@@ -141,7 +142,7 @@ pub fn read<T: DeserializeOwned>(json: &[u8]) -> Result<T> {
 }
 
 fn json(record: &impl Serialize) -> Result<Vec<u8>> {
-    // Room for the answer of a machine with some twenty points.
+    // Memory for the answer of a machine with some twenty points.
     let mut text = Vec::with_capacity(8192);
     serde_json::to_writer(&mut text, record).map_err(|e| Error::input(format!("this answer cannot be written as JSON: {e}")))?;
     Ok(text)

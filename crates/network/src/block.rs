@@ -43,10 +43,11 @@ pub type Profile<T> = [Vec<T>; 3];
 pub trait Real: Copy + Send + Sync + Default + Mul<Output = Self> + Sub<Output = Self> + AddAssign {}
 impl<T: Copy + Send + Sync + Default + Mul<Output = T> + Sub<Output = T> + AddAssign> Real for T {}
 
-/// Lines shorter than this are taken several at a time, where there are as many that have neighbours on the same sides, in pieces
-/// of up to so many cells.
+/// Cells in a line, a count: shorter lines are taken several at a time. Chosen: cost of a line against cells in it.
 const SHORT: usize = 24;
+/// Least number of lines with neighbours on equal sides for which this pays, a count. Chosen.
 const MANY: usize = 4;
+/// Most cells of such lines taken together, a count. Chosen.
 const PIECE: usize = 96;
 
 /// Part of one line of cells along the first axis: the unit of work of a kernel. With the profile of several lines one behind the
@@ -124,7 +125,8 @@ impl Block {
         }
     }
 
-    /// The nodes of `range`, all of the block, with as many lines in one as have neighbours on the same sides, of up to [`PIECE`] cells.
+    /// Segments over the nodes of `range`, all of the block: each has as many lines as have neighbours on the same sides, of up to
+    /// [`PIECE`] cells.
     fn pieces(&self, range: Range<usize>) -> impl Iterator<Item = Segment> + '_ {
         let [n0, n1, n2] = self.cells;
         let Range { start: mut node, end: to } = range;
@@ -166,13 +168,13 @@ impl Block {
 }
 
 impl Segment {
-    /// Adds to `y`, the segment's part of a vector, what conduction with `profile` makes leave each cell:
-    /// the sum of g (x - x of the neighbour). Differences are formed first, so that nothing cancels.
+    /// Adds to `y`, the segment's part of a vector, the heat (W) that leaves each cell by conduction with `profile`: the sum of g (x -
+    /// x of the neighbour). Differences are formed first, so that nothing cancels.
     fn add_conduction<T: Real>(&self, profile: &Profile<T>, x: &[T], y: &mut [T]) {
         let Range { start, end } = self.along;
         let n = end - start;
         let own = &x[self.node..self.node + n];
-        // Where there is no neighbour a cell is its own, and the difference is zero.
+        // Without a neighbour a cell is its own, and the difference is zero.
         let [below, above, before, behind] = self.neighbours.map(|shift| {
             let at = self.node.wrapping_add_signed(shift.unwrap_or(0));
             &x[at..at + n]
@@ -180,8 +182,8 @@ impl Segment {
         let (g1, g2) = (&profile[1][start..end], &profile[2][start..end]);
         let (lower, upper) = (&profile[0][start..end], &profile[0][start + 1..end + 1]);
         let y = &mut y[..n];
-        // Along the line the neighbours are the same values moved by one; at the ends of a line the coefficient is
-        // zero, whatever the value. Only the first and the last value of the whole vector have nothing beyond.
+        // Along the line the neighbours are the same values moved by one; at the ends of a line the coefficient is zero, for any value.
+        // Only the first and the last value of the whole vector have nothing beyond.
         let (from, to) = (usize::from(self.node == 0), if self.node + n == x.len() { n - 1 } else { n });
         if from < to {
             let m = to - from;
@@ -252,7 +254,7 @@ impl Segment {
 mod tests {
     use super::*;
 
-    /// Lines of any length, in a ring or not, any stretch of them: what each face carries, face by face.
+    /// Lines of any length, in a ring or not, any stretch of them: the product agrees with the heat added up face by face.
     #[test]
     fn lines_are_taken_together() {
         for (cells, wraps) in [

@@ -1,12 +1,12 @@
-//! Where the coolant leaves what its laws know: temperatures outside its properties, boiling, standing still.
+//! Limits of the coolant's laws: temperatures outside its properties, boiling, standing still.
 
 use super::{Load, Network, StreamState};
 use coldplate_base::error::{Error, Result};
 use coldplate_base::units::ZERO_CELSIUS;
 
 impl Network {
-    /// Refuses temperatures (K) at which the liquid of a circuit boils, or flows where its properties are not known. What
-    /// stands still takes the temperature of its wall: of it nothing but boiling matters.
+    /// Refuses temperatures (K) at which the liquid of a circuit boils, or flows where its properties are not known. Liquid at rest
+    /// takes the temperature of its wall, and only its boiling matters.
     ///
     /// # Errors
     /// The liquid boils, or flows outside the range of its properties; channel, temperature and limit are named.
@@ -39,7 +39,7 @@ impl Network {
         Ok(())
     }
 
-    /// What is doubtful about each stream in a state (temperatures in K), if anything.
+    /// Remarks on each stream in a state (temperatures in K), if there are any.
     pub fn coolant_notes(&self, states: &[StreamState], temperatures: &[f64]) -> Vec<Option<String>> {
         let note = |(s, state): (usize, &StreamState)| {
             let mut notes: Vec<String> = state.note.map(str::to_string).into_iter().collect();
@@ -52,14 +52,14 @@ impl Network {
         states.iter().enumerate().map(note).collect()
     }
 
-    /// Highest temperature (K) of the wall of a stream that flows, where it lies above that at which the liquid boils.
+    /// Highest temperature (K) of the wall of a stream that flows, where it lies above the temperature at which the liquid boils.
     pub fn boiling_wall(&self, s: usize, state: &StreamState, temperatures: &[f64]) -> Option<f64> {
         let circuit = &self.circuits[self.streams[s].circuit].circuit;
         let boils = circuit.liquid.boils_at(circuit.pressure).filter(|_| state.capacity_rate > 0.0)?;
         Some(self.hottest_wall(s, state, temperatures)).filter(|hottest| *hottest > boils)
     }
 
-    /// What it means that the wall of a stream reaches a temperature (K).
+    /// Remark on a stream's wall that reaches a temperature (K) at which the liquid boils.
     pub fn boiling_note(&self, s: usize, wall: f64) -> String {
         let circuit = &self.circuits[self.streams[s].circuit].circuit;
         let boils = circuit.liquid.boils_at(circuit.pressure).unwrap_or(f64::INFINITY);

@@ -15,9 +15,9 @@ pub struct EnclosureViews {
     pub view_factors: Vec<Vec<f64>>,
     /// View factor from each surface to the chamber.
     pub chamber: Vec<f64>,
-    /// Its conductors in the network's list of radiative ones.
+    /// Conductors of the enclosure in the network's list of radiative ones.
     pub conductors: std::ops::Range<usize>,
-    /// Surfaces at the two ends of each of them; [`super::NONE`] where an end is the chamber or a node between.
+    /// Surfaces at the two ends of each conductor; [`super::NONE`] where an end is the chamber or a node between.
     pub ends: Vec<[u32; 2]>,
     /// Patches the surfaces were cut into.
     pub patches: usize,

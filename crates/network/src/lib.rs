@@ -71,9 +71,9 @@ pub struct Network {
     pub surfaces: Vec<Surface>,
     /// The cell faces that surfaces are on; those of lumped nodes and of imported meshes are not among them.
     pub open: Vec<OpenFace>,
-    /// Which joints cross which interface of the mesh.
+    /// Joints that cross each interface of the mesh.
     pub crossed: Vec<Crossed>,
-    /// What each boundary of the machine acts on.
+    /// Area that each boundary of the machine acts on.
     pub acting: Vec<BoundaryArea>,
     /// Nodes of open faces that sensors read.
     pub faces: Vec<FaceNode>,
@@ -96,7 +96,7 @@ pub struct Network {
     pub sensors: Vec<SensorTerm>,
     /// Names of the sensors.
     pub sensor_names: Vec<String>,
-    /// What the sensors read.
+    /// Quantity that each sensor reads.
     pub measurands: Vec<Measurand>,
     /// Heat-flow sensors.
     pub meters: Vec<HeatMeter>,
@@ -109,7 +109,7 @@ pub struct OpenFace {
     pub surface: usize,
     /// The cell.
     pub cell: usize,
-    /// Which of its faces.
+    /// Side of the cell.
     pub side: Side,
 }
 
@@ -122,7 +122,7 @@ pub struct Crossed {
     pub joints: std::ops::Range<usize>,
 }
 
-/// A conductor whose conductance may depend on temperature: two half cells and what lies between.
+/// A conductor whose conductance may depend on temperature: two half cells and the interface between.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Joint {
     /// First node.
@@ -141,7 +141,7 @@ pub struct Joint {
     pub property_b: u32,
     /// Contact it belongs to, or [`NONE`] where nothing resists between the halves.
     pub contact: u32,
-    /// Where each end's temperature is not its node's: indices into [`Network::reaches`], or [`NONE`].
+    /// Interpolation to the temperature of each end, where it is not its node's: indices into [`Network::reaches`], or [`NONE`].
     pub reach: [u32; 2],
 }
 
@@ -176,7 +176,7 @@ impl HeatSource {
         self.at(power, temperatures).map(|(node, heat)| (node, heat.value))
     }
 
-    /// All of it, W.
+    /// Heat of the source into all nodes, W.
     pub fn total(&self, power: f64, temperatures: &[f64]) -> f64 {
         if self.law.follows_temperature() { self.heats(power, temperatures).map(|(_, heat)| heat).sum() } else { power }
     }
@@ -194,8 +194,8 @@ impl HeatSource {
 /// A contact with its law and its joints.
 #[derive(Debug, Clone)]
 pub struct ContactGroup {
-    /// Index into the contacts of the machine; `None` for parts that touch and that no contact names. The two
-    /// halves of a link between places that do not touch have the same.
+    /// Index into the contacts of the machine; `None` for parts that touch and that no contact names. The two halves of a link between
+    /// places that do not touch share one index.
     pub of: Option<usize>,
     /// Name.
     pub name: String,
@@ -221,7 +221,7 @@ pub struct SensorTerm {
     pub weights: Vec<(u32, f64)>,
     /// Share of a circuit's inlet temperature: circuit index and weight.
     pub inlet: Option<(usize, f64)>,
-    /// What is added to it: 0 of temperatures, of a displacement what makes it zero at its reference temperature.
+    /// Constant that is added: 0 for temperatures; for a displacement the value that makes it zero at its reference temperature.
     pub constant: f64,
 }
 
@@ -231,7 +231,7 @@ impl SensorTerm {
         Self { weights, inlet: None, constant: 0.0 }
     }
 
-    /// The same reading of other nodes.
+    /// This reading with weights over other nodes.
     #[must_use]
     pub fn over(&self, weights: Vec<(u32, f64)>) -> Self {
         Self { weights, ..*self }
@@ -247,7 +247,7 @@ impl SensorTerm {
 /// Conductance of a joint and its derivatives.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JointState {
-    /// W/K
+    /// Conductance, W/K.
     pub conductance: f64,
     /// Derivative with respect to the first node's temperature, W/K².
     pub slope_a: f64,

@@ -27,7 +27,8 @@ pub struct Load {
     pub powers: Vec<f64>,
     /// Volume flow into each circuit, m³/s.
     pub flows: Vec<f64>,
-    /// Inlet temperature of each circuit, K; of one that others feed what enters those, at which its properties are taken.
+    /// Inlet temperature of each circuit, K. For a circuit fed by others: the flow-weighted inlet temperature of those circuits, used
+    /// only for fluid properties.
     pub inlets: Vec<f64>,
     /// Branches of each circuit whose flow is given.
     pub branches: Vec<Vec<GivenBranch>>,
@@ -36,8 +37,8 @@ pub struct Load {
     pub fixed: Vec<f64>,
 }
 
-/// Factors on the conductances of a machine's contacts, in the machine's order; those that are not there are 1, so that the
-/// default leaves every contact as its law has it.
+/// Factors on the conductances of a machine's contacts, in the machine's order; missing ones are 1, so that the default leaves every
+/// contact as its law has it.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ContactFactors(Vec<f64>);
 
@@ -62,7 +63,7 @@ pub enum BoundaryState {
     Film(f64, f64),
     /// Flux into the machine, W/m².
     Flux(f64),
-    /// Emissivity and temperature of what it sees, K.
+    /// Emissivity, and temperature of the surroundings that it sees, K.
     Radiation(f64, f64),
     /// Free convection to a gas at a temperature, K.
     FreeConvection(FreeConvection, f64),
@@ -130,7 +131,7 @@ impl Load {
         })
     }
 
-    /// The boundary whose temperature an entry of [`Load::fixed`] is, if it is one's.
+    /// The boundary that an entry of [`Load::fixed`] gives the temperature of, if it is one's.
     pub fn boundary_of(&self, fixed: u32) -> Option<usize> {
         (fixed as usize + self.boundaries.len()).checked_sub(self.fixed.len())
     }

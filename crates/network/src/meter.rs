@@ -5,7 +5,7 @@
 pub struct HeatMeter {
     /// Name.
     pub name: String,
-    /// What the heat goes through.
+    /// Place that the heat goes through.
     pub through: Through,
 }
 
@@ -16,7 +16,7 @@ impl HeatMeter {
     }
 }
 
-/// What the heat of a heat-flow sensor goes through.
+/// Places that the heat of a heat-flow sensor goes through.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Through {
     /// Joints (indices into the network's), each with the sign its heat counts by.

@@ -1,10 +1,9 @@
 //! The coolant's part of the Jacobian: films, water properties, flow splits and wall conductivities depend on the
 //! temperatures.
 //!
-//! The states of a circuit's streams depend on the temperatures through few numbers: the mean water and
-//! the mean wall temperature of each stream, and where the wall's conductivity is a table, the mean
-//! cell temperature of each station. With such a number m = v·T the derivative of the residual R is the
-//! rank-one matrix u vᵀ, u = dR/dm; their sum is what the station-by-station Jacobian leaves out.
+//! The states of a circuit's streams depend on the temperatures through few numbers: the mean water and the mean wall temperature of
+//! each stream, and where the wall's conductivity is a table, the mean cell temperature of each station. With such a number m = v·T the
+//! derivative of the residual R is the rank-one matrix u vᵀ, u = dR/dm; their sum is left out of the station-by-station Jacobian.
 
 use std::collections::BTreeMap;
 
@@ -15,8 +14,8 @@ use coldplate_base::error::Result;
 /// Step of the mean temperatures for u = dR/dm, K. The properties of water are polynomials over 17.5 K:
 /// with four points the error is near (2 x 0.05/17.5)^4 = 1e-9 of the slope.
 const STEP: f64 = 0.05;
-/// Four-point central difference: places in units of the step, and weights over the step; exact for
-/// polynomials of degree four.
+/// Four-point central difference: places in units of the step, and weights over the step (dimensionless); exact for polynomials of
+/// degree four.
 pub const STENCIL: [(f64, f64); 4] = [(-2.0, 1.0 / 12.0), (-1.0, -8.0 / 12.0), (1.0, 8.0 / 12.0), (2.0, -1.0 / 12.0)];
 
 /// The matrix u vᵀ.
@@ -24,7 +23,7 @@ pub const STENCIL: [(f64, f64); 4] = [(-2.0, 1.0 / 12.0), (-1.0, -8.0 / 12.0), (
 pub struct RankOne {
     /// u: row and W per K.
     pub rows: Vec<(u32, f64)>,
-    /// v: column and weight; the number the state depends on is their sum over temperatures.
+    /// v: column and weight; the number m that the state depends on is their sum over temperatures.
     pub weights: Vec<(u32, f64)>,
 }
 
@@ -32,7 +31,7 @@ impl Network {
     /// The streams' part of the derivative of the residual at `temperatures` (K).
     ///
     /// # Errors
-    /// As [`Network::stream_states`].
+    /// Errors of [`Network::stream_states`].
     pub fn stream_slopes(&self, load: &Load, states: &[StreamState], temperatures: &[f64]) -> Result<Vec<RankOne>> {
         let mut found = Vec::new();
         let means: Vec<(f64, f64)> = self.streams.iter().map(|s| s.mean_temperatures(temperatures)).collect();
@@ -40,7 +39,7 @@ impl Network {
             if load.flows[c] == 0.0 {
                 continue; // water at rest exchanges nothing
             }
-            // What a circuit feeds follows its split.
+            // Circuits fed by a circuit follow its split.
             let circuits = self.downstream(c);
             for s in members(&tree.layout) {
                 for is_water in [false, true] {

@@ -10,18 +10,18 @@ use coldplate_physics::water::LiquidProperties;
 /// A branch whose flow is given, at one condition.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GivenBranch {
-    /// A channel of it that no further branching is around.
+    /// A channel of the branch outside any further branching.
     pub channel: usize,
-    /// Its flow.
+    /// Flow of the branch.
     pub flow: GivenFlow,
 }
 
 /// The flow that a branch is given.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum GivenFlow {
-    /// Share of what flows into its group of branches.
+    /// Share of the flow into its group of branches.
     Share(f64),
-    /// m³/s at the circuit's inlet conditions.
+    /// Volume flow, m³/s, at the circuit's inlet conditions.
     Volume(f64),
 }
 
@@ -91,7 +91,7 @@ impl Split<'_> {
         if taken > mass_flow * (1.0 + 1e-12) {
             return Err(Error::input("branches are given more than flows in")
                 .read(format!("{taken:.6} kg/s of {mass_flow:.6} kg/s"))
-                .help("lower what is given under 'branches', or raise the circuit's flow"));
+                .help("lower the flows given under 'branches', or raise the circuit's flow"));
         }
         let rest = if taken > 0.0 { (mass_flow - taken).max(0.0) } else { mass_flow };
         let free = items.iter().zip(&flows).filter(|(_, flow)| flow.is_none());
@@ -101,8 +101,8 @@ impl Split<'_> {
         Ok(flows.into_iter().flatten().collect())
     }
 
-    /// Pressure drop (Pa) over `layout` at a mass flow (kg/s): of branches the largest of those whose flow is not given, since
-    /// whatever gives the others theirs makes up for the difference.
+    /// Pressure drop (Pa) over `layout` at a mass flow (kg/s). Parallel branches have the largest drop of those whose flow is not
+    /// given: whatever sets the given flows makes up for the difference.
     fn pressure_drop(&self, layout: &Layout, mass_flow: f64) -> f64 {
         match layout {
             Layout::Channel(s) => self.liquids[*s].map_or(0.0, |liquid| self.network.streams[*s].pressure_drop(mass_flow, liquid)),

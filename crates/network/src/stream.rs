@@ -1,10 +1,9 @@
 //! Coolant: one-way fluid conductors (GF) along channels, exchanging heat with the wall both ways.
 //!
-//! A channel is a chain of stations. Water enters station k at the temperature of node k-1 and leaves
-//! it at node k. With the wall at the conductance-weighted mean T_s of the cells the station touches,
-//! the plug-flow solution T_k = T_s + (T_{k-1} - T_s) exp(-UA/C) is exact for a wall that is uniform
-//! over the station; the heat is shared among the cells in proportion to their conductances. What the
-//! water gains is exactly what the cells lose.
+//! A channel is a chain of stations. Water enters station k at the temperature of node k-1 and leaves it at node k. With the wall at
+//! the conductance-weighted mean T_s of the cells the station touches, the plug-flow solution T_k = T_s + (T_{k-1} - T_s) exp(-UA/C) is
+//! exact for a wall that is uniform over the station; the heat is shared among the cells in proportion to their conductances. The water
+//! gains exactly the heat that the cells lose.
 
 use super::split::Split;
 use super::{Load, NONE, Network};
@@ -24,7 +23,7 @@ pub struct Stream {
     pub circuit: usize,
     /// Stations from inlet to outlet.
     pub stations: Vec<Station>,
-    /// Weight of the water after each station in the mean along the channel, m; none: the stations' lengths.
+    /// Weight of the water after each station in the mean along the channel, m; empty: the stations' lengths.
     pub water_weights: Vec<f64>,
     /// Node of the water leaving the first station; the others follow.
     pub first_node: u32,
@@ -126,7 +125,7 @@ impl Network {
     /// from the temperatures themselves: films, water properties and flow split depend on the means alone.
     ///
     /// # Errors
-    /// As [`Network::stream_states`].
+    /// Errors of [`Network::stream_states`].
     pub fn circuit_states(
         &self,
         c: usize,
@@ -152,8 +151,8 @@ impl Network {
         let mut liquids = vec![None; self.streams.len()];
         for s in members(&tree.layout) {
             let (_, water) = means[s];
-            // Water at rest carries nothing, whatever its wall makes of it. On the way to a solution the mean may stray;
-            // of a solution, `Network::check_coolant` refuses what lies outside.
+            // Water at rest carries nothing, at any temperature. On the way to a solution the mean may stray; `Network::check_coolant`
+            // refuses a solution outside the range.
             let mean = if total > 0.0 { water.clamp(low, high) } else { load.inlets[c] };
             liquids[s] = Some(at(mean)?);
         }
@@ -166,8 +165,8 @@ impl Network {
         Ok(())
     }
 
-    /// The liquid that enters a circuit: its density and specific heat are such that what other circuits bring keeps its volume,
-    /// mass and enthalpy.
+    /// The liquid that enters a circuit: its density and specific heat are such that inflow from other circuits keeps its volume, mass
+    /// and enthalpy.
     fn entering_liquid(&self, c: usize, load: &Load, at: &impl Fn(f64) -> Result<LiquidProperties>) -> Result<LiquidProperties> {
         let own = at(load.inlets[c])?;
         let (mut volume, mut mass, mut capacity) = (0.0, 0.0, 0.0);
@@ -191,7 +190,7 @@ impl Network {
         found
     }
 
-    /// Lets what flows out of circuits flow into those they feed, after flows or inlet temperatures of `load` have been changed.
+    /// Passes the outflow of circuits on to the circuits that they feed, after flows or inlet temperatures of `load` have been changed.
     pub fn pass_on(&self, load: &mut Load) {
         for (c, tree) in self.circuits.iter().enumerate() {
             let Some(offered) = tree.circuit.intake.offered(&load.flows, &load.inlets) else { continue };
@@ -261,7 +260,7 @@ impl Network {
         };
         let exchange = conductance.iter().map(alike).collect();
         let volumetric_capacity = inlet.density * inlet.specific_heat;
-        // Within a circuit one capacity rate belongs to each kilogram; what comes from others brings its own.
+        // Within a circuit one capacity rate belongs to each kilogram; water from others brings its own.
         let brings = |u: &usize| if self.streams[*u].circuit == stream.circuit { flows[*u] } else { states[*u].capacity_rate };
         let upstream_flow: f64 = stream.upstream.iter().map(brings).sum();
         let mixture = stream
@@ -301,7 +300,7 @@ impl Stream {
     fn film_coefficient(&self, flow: &FlowState, load: &Load) -> Result<(f64, Option<&'static str>)> {
         let scale = flow.liquid.conductivity / self.diameter;
         let evaluate = |formula: &Formula| {
-            // What stands still conducts: no formula of a flow holds there.
+            // Liquid at rest conducts: no formula of a flow holds there.
             if flow.reynolds == 0.0 { Ok(None) } else { Film::evaluate(formula, &load.names, flow).map(Some) }
         };
         let (film, note) = match &self.film {
@@ -319,7 +318,7 @@ impl Stream {
     }
 }
 
-/// Nusselt number of liquid at rest between walls, as of developed laminar flow along an even wall.
+/// Nusselt number of liquid at rest between walls, dimensionless: the value of developed laminar flow along a wall of even temperature.
 const STANDING_NUSSELT: f64 = 3.66;
 
 /// The streams below a layout, in order.

@@ -19,18 +19,18 @@ pub const FREE: Laws = [NONE; 3];
 pub struct FaceNode {
     /// The cell behind it.
     pub cell: u32,
-    /// Which of its faces, in the order of [`coldplate_describe::machine::Side::ALL`].
+    /// Side of the cell, in the order of [`coldplate_describe::machine::Side::ALL`].
     pub side: u8,
     /// The node.
     pub node: u32,
 }
 
-/// What a boundary acts on, m².
+/// Areas of a boundary, m².
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct BoundaryArea {
     /// Open area that it acts on.
     pub acting: f64,
-    /// The same if nothing covered its faces.
+    /// Area that it would act on if nothing covered its faces.
     pub whole: f64,
 }
 
@@ -60,15 +60,15 @@ pub struct SurfaceState {
     pub temperature: f64,
     /// Heat leaving the node, W.
     pub heat: f64,
-    /// Its derivative with respect to the node's temperature at the conductivity the node has, W/K; never negative.
+    /// Derivative of the heat with respect to the node's temperature at the conductivity the node has, W/K; never negative.
     pub slope: f64,
     /// Addition to the slope where the node's conductivity depends on its temperature, W/K.
     pub stiffening: f64,
-    /// Part of it that radiates to the chamber, W.
+    /// Part of the heat that radiates to the chamber, W.
     pub radiated: f64,
-    /// Part of it that the gas carries, W.
+    /// Part of the heat that the gas carries, W.
     pub gas: f64,
-    /// Part of it that leaves through the prescribed laws, W.
+    /// Part of the heat that leaves through the prescribed laws, W.
     pub law: f64,
     /// Change of the heat per watt that the outside takes more at the same surface temperature; also change of the
     /// surface temperature per kelvin of the node (for a constant conductivity).
@@ -118,7 +118,7 @@ impl Surface {
             return SurfaceState { temperature: t, heat, slope: inward, stiffening, law: heat, ..SurfaceState::default() };
         }
         let sky = load.chamber.powi(4);
-        // Radiation, gas and laws: what they take at a surface temperature, and how that follows it.
+        // Radiation, gas and laws: the heat of each at a surface temperature, and its slope.
         let outward = |ts: f64| {
             let cube = ts * ts * ts;
             let radiated = (SIGMA * self.emissive * (ts * cube - sky), 4.0 * SIGMA * self.emissive * cube);
@@ -144,7 +144,7 @@ impl Surface {
                 let next = (ts + (inward * (node - ts) - heat) / (inward + steepness(&taken))).max(0.0);
                 let step = next - ts;
                 ts = next;
-                // What is left then is 1.5 step²/T at most, and so is what a straight line misses: rounding.
+                // The remaining error is 1.5 step²/T at most, and so is the error of a straight line: rounding.
                 if step.abs() <= 1e-8 * ts.max(1.0) {
                     taken.iter_mut().for_each(|(heat, slope)| *heat += *slope * step);
                     break;

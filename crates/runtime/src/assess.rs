@@ -1,4 +1,4 @@
-//! Bands with everything that is uncertain in them, and verdicts with a probability.
+//! Bands that include all uncertainties, and verdicts with a probability.
 
 use crate::belief::{Belief, Known};
 use crate::direction::{Band, Here, compared};
@@ -9,40 +9,40 @@ use crate::surrogate::Surrogate;
 use crate::uncertain::Uncertainty;
 use crate::verdict::Acceptability;
 
-/// One limit at one condition, with everything that is uncertain.
+/// One limit at one condition, with all uncertainties.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LimitChance {
     /// The limited quantity, in the points' unit.
     pub value: f64,
-    /// Its band.
+    /// Band of the limited quantity.
     pub band: Band,
     /// The largest value allowed.
     pub maximum: f64,
-    /// Probability that it is kept.
+    /// Probability that the limit is kept.
     pub probability: f64,
 }
 
 /// The verdict on a condition at a stated confidence.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Chance {
-    /// Acceptable if all limits together are kept with at least the probability asked for, not acceptable if with at most one
-    /// minus that, uncertain between; always uncertain outside the fitted range, without limits, and where a value is no
-    /// number.
+    /// Acceptable if all limits together are kept with at least the probability asked for; not acceptable if they are
+    /// kept with at most one minus that probability; otherwise uncertain. Always uncertain outside the fitted range,
+    /// without limits, and if a value is no number.
     pub state: Acceptability,
     /// True if every variable lies within its fitted range.
     pub in_domain: bool,
-    /// Probability that all limits are kept; NaN without one.
+    /// Probability that all limits are kept; NaN without limits.
     pub probability: f64,
     /// The limit that is most likely broken.
     pub binding: Option<usize>,
 }
 
 impl Surrogate<'_> {
-    /// Values and bands of all points at condition `x`, by what the file knows of its parameters or by a belief of the caller's.
-    /// A file without uncertainty has the band of its fit alone.
+    /// Values and bands of all points at condition `x`, from the file's knowledge of its parameters or from the
+    /// caller's `belief`. A file without uncertainty has the band of its fit alone.
     ///
     /// # Errors
-    /// If a slice has another length than it should.
+    /// A slice has a wrong length.
     pub fn bands(&self, x: &[f64], belief: Option<&Belief<'_>>, values: &mut [f64], bands: &mut [Band]) -> Result<(), ShapeError> {
         self.evaluate_fit(x, values)?;
         if bands.len() != self.points.len() {
@@ -60,11 +60,12 @@ impl Surrogate<'_> {
         Ok(())
     }
 
-    /// Values of all points at condition `x` of a machine whose parameters lie so many standard deviations off their nominal
-    /// values, to first order; what is known of them counts for nothing here. For Monte Carlo over the machine.
+    /// Values of all points at condition `x` for a machine whose parameters lie `deviations` standard deviations off
+    /// their nominal values, to first order; knowledge about the parameters is not used here. For Monte Carlo over the
+    /// machine.
     ///
     /// # Errors
-    /// If a slice has another length than it should.
+    /// A slice has a wrong length.
     pub fn evaluate_with(&self, x: &[f64], deviations: &[f64], values: &mut [f64]) -> Result<(), ShapeError> {
         let parameters = self.uncertainty.map_or(0, |u| u.parameter_count());
         if deviations.len() != parameters {
@@ -80,8 +81,8 @@ impl Surrogate<'_> {
         Ok(())
     }
 
-    /// One limit at condition `x`, given the points' values there as [`Surrogate::bands`] finds them. Of a spread, the hottest
-    /// and the coldest point there are compared. `None` if there is no such limit.
+    /// One limit at condition `x`, given the points' values there from [`Surrogate::bands`]. For a spread, the hottest
+    /// and the coldest point there are compared. `None` if there is no limit with this index.
     #[must_use]
     pub fn limit_chance(&self, index: usize, x: &[f64], belief: Option<&Belief<'_>>, values: &[f64]) -> Option<LimitChance> {
         let maximum = self.maxima().get(index)?;
@@ -102,11 +103,11 @@ impl Surrogate<'_> {
         Some(LimitChance { value, band, maximum, probability: kept(maximum - value, band.total) })
     }
 
-    /// Values, bands and the verdict at condition `x`: whether all limits together are kept with probability `confidence`, which
-    /// lies between one half and one.
+    /// Values, bands and the verdict at condition `x`: whether all limits together are kept with probability
+    /// `confidence`, which lies between one half and one.
     ///
     /// # Errors
-    /// If a slice has another length than it should.
+    /// A slice has a wrong length.
     pub fn assess(
         &self,
         x: &[f64],
@@ -121,7 +122,7 @@ impl Surrogate<'_> {
         self.judge(x, belief, confidence, values, Some(bands))
     }
 
-    /// The verdict, with the bands where they are asked for.
+    /// The verdict, with the bands if they are asked for.
     pub(crate) fn judge(
         &self,
         x: &[f64],
@@ -161,11 +162,11 @@ impl Surrogate<'_> {
         Ok(self.judge_together(x, confidence, chance, shared))
     }
 
-    /// Share of each parameter in the variance that the parameters give limit `index` at condition `x`, into `shares`, one place
-    /// per parameter. They add up to one; where parameters are correlated, one of them can be negative.
+    /// Share of each parameter in the variance of limit `index` at condition `x` from all parameters, into `shares`,
+    /// one place per parameter. The shares add up to one; for correlated parameters one of them can be negative.
     ///
     /// # Errors
-    /// If `shares` has another length, or there is no such limit.
+    /// `shares` has a wrong length, or there is no limit with this index.
     pub fn shares(
         &self,
         index: usize,
@@ -194,8 +195,8 @@ impl Surrogate<'_> {
         Ok(())
     }
 
-    /// The share of the variance of limit `index` at condition `x` that one reading of a point there would take away, if its
-    /// instrument has the standard deviation `deviation`; `None` if there is no such limit or point.
+    /// Share of the variance of limit `index` at condition `x` that one reading of a point there would remove, by an
+    /// instrument with standard deviation `deviation`; `None` if the limit or point does not exist.
     #[must_use]
     pub fn worth(&self, index: usize, x: &[f64], belief: Option<&Belief<'_>>, values: &[f64], point: usize, deviation: f64) -> Option<f64> {
         let uncertainty = self.uncertainty?;
@@ -211,7 +212,7 @@ impl Surrogate<'_> {
         Some(if variance > 0.0 { shared * shared / variance } else { 0.0 })
     }
 
-    /// What the answers of this file leave open, where it says so.
+    /// Uncertainty of the answers of this file, if the file states it.
     #[must_use]
     pub fn uncertainty(&self) -> Option<Uncertainty<'_>> {
         self.uncertainty
@@ -227,8 +228,8 @@ impl Surrogate<'_> {
     }
 }
 
-/// Probability that a margin is kept by a value of this standard deviation.
-/// Not a number where one of them is none or has overflown: that is never kept, nor broken.
+/// Probability that a limit is kept, from its margin and the standard deviation of its value. NaN if one of them is NaN
+/// or has overflown: the limit then counts neither as kept nor as broken.
 fn kept(margin: f64, deviation: f64) -> f64 {
     if !(margin.is_finite() && deviation.is_finite()) {
         return f64::NAN;

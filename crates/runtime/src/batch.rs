@@ -1,28 +1,28 @@
 //! Values at many conditions at once.
 //!
-//! Eight conditions go side by side: every monomial and every kernel is computed for all eight, so that the processor's wide
-//! registers are full whatever the number of points. The order of additions is that of [`Surrogate::evaluate`], so that the values
-//! are the same to the last bit.
+//! Eight conditions go side by side: every monomial and every kernel is computed for all eight, so that the processor's
+//! wide registers are full whatever the number of points. The order of additions follows [`Surrogate::evaluate`]: the
+//! values are equal to the last bit.
 
 use crate::evaluate::{BLOCK, POWERS, ShapeError, TRANSFORMS, check, kernel_values};
 use crate::format::MAX_VARIABLES;
 use crate::surrogate::{Basis, Polynomial, Scaling, Surrogate};
 
-/// Conditions that go side by side.
+/// Number of conditions computed side by side (count): eight doubles fill one register of 512 bits or two of 256 bits.
 const LANES: usize = 8;
-/// Points whose sums go side by side: as many as leave registers for the rest.
+/// Number of points summed side by side (count). Chosen: as many as leave registers for the rest of the loop.
 const WIDTH: usize = 5;
-/// Pairs of variables.
+/// Number of pairs of variables (count).
 const PAIRS: usize = MAX_VARIABLES / 2;
 
 type Lane = [f64; LANES];
 
-/// What a block is worked off in. Large for a controller's stack, and therefore the caller's.
+/// Working memory of a block. The memory is too large for a controller's stack; the caller provides it.
 #[derive(Debug, Clone)]
 pub struct Room {
-    /// Products of powers of both variables of a pair, by the byte of their exponents.
+    /// Products of powers of both variables of a pair, indexed by the byte of their exponents.
     products: [[Lane; POWERS * POWERS]; PAIRS],
-    /// Monomials or kernels of the terms or centres at hand.
+    /// Monomials or kernels of the present terms or centres.
     factors: [Lane; BLOCK],
 }
 
@@ -33,12 +33,13 @@ impl Default for Room {
 }
 
 impl Surrogate<'_> {
-    /// The values of all points at many conditions, row by row: `x` has the variables of one condition after the other, `values`
-    /// the points. They are those of [`Surrogate::evaluate`] to the last bit. Inlined, so that a caller that has found wide
-    /// registers at run time gets code for them.
+    /// The values of all points at many conditions, row by row: `x` has the variables of one condition after the other,
+    /// `values` the points. The values equal those of [`Surrogate::evaluate`] to the last bit. Inlined: a caller that
+    /// finds wide registers at run time gets code for them.
     ///
     /// # Errors
-    /// If `x` does not have a whole number of conditions, or `values` not a place per point for each.
+    /// `x` does not have a whole number of conditions, or `values` does not have one place per point for each
+    /// condition.
     #[inline(always)]
     pub fn evaluate_batch(&self, x: &[f64], values: &mut [f64], room: &mut Room) -> Result<(), ShapeError> {
         let (variables, points) = (self.variables.len(), self.points.len());
@@ -61,7 +62,7 @@ impl Surrogate<'_> {
         Ok(())
     }
 
-    /// The scaled variables of eight conditions under each transform that some model uses.
+    /// The scaled variables of eight conditions under each transform that a model uses.
     #[inline(always)]
     fn scale_eight(&self, x: &[f64], variables: usize) -> [[Lane; MAX_VARIABLES]; 3] {
         let mut scaled = [[[0.0; LANES]; MAX_VARIABLES]; 3];
@@ -130,7 +131,7 @@ fn picked(transforms: &[u8], scaled: &[[Lane; MAX_VARIABLES]; 3]) -> [Lane; MAX_
     u
 }
 
-/// Products of powers up to the degree, by the byte that names both exponents: the even variable's in its low half.
+/// Products of powers up to the degree, indexed by the byte of both exponents: the even variable's in its low half.
 #[inline(always)]
 fn products(polynomial: &Polynomial<'_>, u: &[Lane; MAX_VARIABLES], pairs: usize, tables: &mut [[Lane; POWERS * POWERS]; PAIRS]) {
     let degree = polynomial.degree.min(POWERS - 1);
@@ -158,7 +159,7 @@ fn products(polynomial: &Polynomial<'_>, u: &[Lane; MAX_VARIABLES], pairs: usize
     }
 }
 
-/// The kernels of the centres from `start`, as many as there are places.
+/// The kernels of the centres from `start`, one per place of `factors`.
 #[inline(always)]
 fn kernels(basis: &Basis<'_>, u: &[Lane], start: usize, factors: &mut [Lane]) {
     for (centre, factor) in (start..).zip(factors.iter_mut()) {

@@ -1,4 +1,4 @@
-//! What is known of the states of an [`Uncertainty`]: their mean and covariance, and how readings change them.
+//! Knowledge of the states of an [`Uncertainty`], their mean and covariance, and learning from readings.
 
 use crate::bytes::Numbers;
 use crate::evaluate::ShapeError;
@@ -34,24 +34,24 @@ pub struct Belief<'b> {
 pub struct Reading {
     /// Index of the point.
     pub point: usize,
-    /// What was read, in the point's unit.
+    /// Value of the reading, in the point's unit.
     pub value: f64,
     /// Standard deviation of the instrument, in the point's unit.
     pub deviation: f64,
 }
 
-/// How far readings were from what was expected of them.
+/// Distance of readings from their expectation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Surprise {
     /// Sum of the squares of the independent parts of their deviations, each over its standard deviation.
     pub chi_square: f64,
-    /// How many readings.
+    /// Number of readings.
     pub readings: usize,
 }
 
 impl Surprise {
-    /// Probability that readings of a machine that is as the file says are at least as far from what is expected. Below
-    /// 0.001 something has changed that the parameters do not say: ask for a diagnosis.
+    /// Probability that readings of a machine that agrees with the file are at least this far from their expectation.
+    /// Below 0.001 something has changed that the parameters do not describe: ask for a diagnosis.
     #[must_use]
     pub fn probability(self) -> f64 {
         probability_above_chi_square(self.chi_square, self.readings)
@@ -59,11 +59,11 @@ impl Surprise {
 }
 
 impl<'b> Belief<'b> {
-    /// What the file knows. `mean` has one place per state ([`Uncertainty::states`]) and `covariance`
+    /// The knowledge stated in the file. `mean` has one place per state ([`Uncertainty::states`]) and `covariance`
     /// [`Uncertainty::covariances`] places.
     ///
     /// # Errors
-    /// If one of them has another length.
+    /// One of them has another length.
     pub fn begin(uncertainty: &Uncertainty<'_>, mean: &'b mut [f64], covariance: &'b mut [f64]) -> Result<Self, ShapeError> {
         let wrong = |argument, expected, found| Err(ShapeError { argument, expected, found });
         if mean.len() != uncertainty.states() {
@@ -94,10 +94,10 @@ impl<'b> Belief<'b> {
         self.covariance
     }
 
-    /// Takes a state as known: the others follow as far as they depend on it. `work` has one place per state.
+    /// Takes a state as known: the others change as far as they depend on it. `work` has one place per state.
     ///
     /// # Errors
-    /// If there is no such state, or `work` has another length.
+    /// There is no state with this index, or `work` has another length.
     pub fn know(&mut self, state: usize, value: f64, work: &mut [f64]) -> Result<(), ShapeError> {
         self.check(work)?;
         if state >= self.mean.len() {
@@ -119,8 +119,8 @@ impl<'b> Belief<'b> {
         Err(ShapeError { argument: "places to work in", expected: self.mean.len(), found: work.len() })
     }
 
-    /// One scalar Kalman step: `towards` is the covariance of every state with what was read, whose own variance is
-    /// `variance`, and `gap` its deviation from what was expected. Nothing is learnt where the variance is nothing.
+    /// One scalar Kalman step: `towards` is the covariance of every state with the reading, `variance` the variance of
+    /// the reading, and `gap` its deviation from its expectation. A variance of zero teaches nothing.
     fn condition(&mut self, towards: &[f64], variance: f64, gap: f64) {
         if !(variance > 0.0 && variance.is_finite() && gap.is_finite()) {
             return;
@@ -140,13 +140,14 @@ impl<'b> Belief<'b> {
 }
 
 impl Surrogate<'_> {
-    /// Learns from readings at condition `x`: a Kalman step per reading on the parameters and on what the model misses at each
-    /// point. Readings that repeat a condition teach the parameters no more than the model's own error allows. `work` has one
-    /// place per state.
+    /// Learns from readings at condition `x`: a Kalman step per reading, on the parameters and on the model error at
+    /// each point. Readings that repeat a condition teach the parameters no more than the model error allows. `work`
+    /// has one place per state.
     ///
     /// # Errors
-    /// No uncertainty in this file, a condition of wrong length or outside the fitted range, a point that does not exist, a
-    /// reading that is no number or whose deviation is no positive number, or a slice of another length. Nothing is learnt then.
+    /// The file states no uncertainty; the condition has a wrong length or lies outside the fitted range; a point does
+    /// not exist; a reading is no number or its deviation is no positive number; or a slice has a wrong length. Nothing
+    /// is learnt then.
     pub fn learn(&self, x: &[f64], readings: &[Reading], belief: &mut Belief<'_>, work: &mut [f64]) -> Result<Surprise, LearnError> {
         let uncertainty = self.uncertainty().ok_or(LearnError::NoUncertainty)?;
         belief.check(work).map_err(LearnError::Shape)?;
@@ -182,11 +183,11 @@ impl Surrogate<'_> {
     }
 }
 
-/// Why nothing was learnt from readings.
+/// Reason why nothing was learnt from readings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum LearnError {
-    /// The file says nothing of what its answers leave open.
+    /// The file states no uncertainty of its answers.
     NoUncertainty,
     /// The condition is outside the fitted range.
     OutsideRange,
@@ -209,7 +210,7 @@ impl core::fmt::Display for LearnError {
 
 impl core::error::Error for LearnError {}
 
-/// Mean and covariance of the states, wherever they are.
+/// Mean and covariance of the states, from the file or from the caller.
 #[derive(Clone, Copy)]
 pub(crate) enum Known<'k, 'a, 'b> {
     File(&'k Uncertainty<'a>),
@@ -217,7 +218,7 @@ pub(crate) enum Known<'k, 'a, 'b> {
 }
 
 impl Known<'_, '_, '_> {
-    /// Whether nothing is known beyond the standard deviations: mean zero, and the identity as covariance.
+    /// Whether the states have their prior distribution: mean zero, and the identity as covariance.
     pub(crate) fn is_prior(&self) -> bool {
         matches!(self, Self::File(Uncertainty { mean: Numbers([]), .. }))
     }

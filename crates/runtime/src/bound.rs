@@ -1,4 +1,5 @@
-//! Two and three normal numbers at once, and from them the least probability that several are all below their bounds.
+//! Probabilities of two and three normal numbers, and from them a lower bound for the probability that several are all
+//! below their bounds.
 
 use core::f64::consts::TAU;
 
@@ -6,7 +7,7 @@ use crate::math::{exp_minus, sqrt};
 use crate::normal::{exp_minus_signed, probability_below};
 use crate::together::{MOST_LIMITS, SAME};
 
-/// Nodes and weights of Gauss and Legendre's rule between 0 and 1.
+/// Nodes and weights (dimensionless) of the Gauss-Legendre rule with twelve nodes between 0 and 1.
 const RULE: [(f64, f64); 12] = [
     (0.009_219_682_876_640_378, 0.023_587_668_193_255_706),
     (0.047_941_371_814_762_6, 0.053_469_662_997_659_53),
@@ -21,21 +22,28 @@ const RULE: [(f64, f64); 12] = [
     (0.952_058_628_185_237_5, 0.053_469_662_997_659_53),
     (0.990_780_317_123_359_6, 0.023_587_668_193_255_706),
 ];
+/// (2 pi)^(1/2), dimensionless.
 const SQRT_TWO_PI: f64 = 2.506_628_274_631_000_7;
-/// Correlation from which on the integral is taken from the far end.
+/// Correlation (dimensionless) from which on the integral starts from correlation one. Chosen between the errors of
+/// both forms of the integral.
 const STRONG: f64 = 0.9;
-/// Probability below which a limit may be broken by itself, and one below which a third limit is not asked.
+/// Probability of being broken below which a limit is not paired with others. Chosen: time against an error that is
+/// small beside every confidence in use.
 const ALONE: f64 = 1e-7;
+/// Probability below which a third limit is ignored. Chosen: time against an error that is small beside every confidence
+/// in use.
 const ALONE_OF_THREE: f64 = 1e-6;
-/// By how much a probability must be larger to be taken for larger: rounding decides nothing.
+/// Difference by which a probability must exceed another to count as larger. Chosen: above rounding, so that rounding
+/// decides nothing.
 const LARGER: f64 = 1e-9;
 
-/// The tangent of half the angle whose sine is `r`: along it the integrals below have no root that ends in zero.
+/// The tangent of half the angle whose sine is `r`: as functions of it, the integrands below contain no root that
+/// vanishes at the end.
 fn half_tangent(r: f64) -> f64 {
     r / (1.0 + sqrt((1.0 - r) * (1.0 + r)))
 }
 
-/// Correlation and its complement 1 - r² at a half tangent, and the angle that a step of it adds.
+/// Correlation r and 1 - r² at a half tangent, and the derivative of the angle with respect to it.
 fn turned(tangent: f64) -> (f64, f64, f64) {
     let square = tangent * tangent;
     let under = 1.0 + square;
@@ -43,9 +51,10 @@ fn turned(tangent: f64) -> (f64, f64, f64) {
     (2.0 * tangent / under, cosine * cosine, 2.0 / under)
 }
 
-/// Probability that two standard normal numbers of correlation `r` are below `a` and `b`, each by itself with `below_a` and
-/// `below_b`: an integral over the correlation, from none (Drezner and Wesolowsky 1990) or, where it is strong, from one, less
-/// the terms that no rule of few nodes can follow (Genz 2004).
+/// Probability that two standard normal numbers of correlation `r` are below `a` and `b`, given their single
+/// probabilities `below_a` and `below_b`. The integral over the correlation starts from zero (Drezner and Wesolowsky
+/// 1990). For a strong correlation it starts from one, without the terms that no rule of few nodes can follow (Genz
+/// 2004).
 pub(crate) fn both_below(a: f64, b: f64, r: f64, below_a: f64, below_b: f64) -> f64 {
     if r > STRONG {
         return f64::min(below_a, below_b) - missing(a, b, r);
@@ -63,8 +72,8 @@ pub(crate) fn both_below(a: f64, b: f64, r: f64, below_a: f64, below_b: f64) -> 
     below_a * below_b + end * sum / TAU
 }
 
-/// What a correlation that is not quite one takes from the probability that both are below. The integral is over the root of
-/// 1 - r².
+/// Difference between the probability that both are below at correlation one, and at correlation `r`. The integral is
+/// over the root of 1 - r².
 fn missing(a: f64, b: f64, r: f64) -> f64 {
     let end = sqrt((1.0 - r) * (1.0 + r));
     let apart = if a > b { a - b } else { b - a };
@@ -72,7 +81,7 @@ fn missing(a: f64, b: f64, r: f64) -> f64 {
         return 0.0;
     }
     let (square, product) = (apart * apart, a * b);
-    // At the narrow end the integrand is its first two terms times a factor whose integrals are known.
+    // The integrand at the narrow end is the sum of its first two terms times a factor with known integrals.
     let lead = exp_minus_signed(-0.5 * product);
     let bend = 0.5 - 0.125 * product;
     let edge = exp_minus(0.5 * square / (end * end));
@@ -88,9 +97,9 @@ fn missing(a: f64, b: f64, r: f64) -> f64 {
     (lead * (flat + bend * curved) + end * sum) / TAU
 }
 
-/// Limits, each the standard normal number that breaks it, and what is known of two.
+/// Limits, each as a standard normal number that breaks it, and the probabilities of pairs.
 pub(crate) struct Breaking<'a> {
-    /// Below what a number breaks its limit, and how probable that is.
+    /// Bound below which a number breaks its limit, and the probability of this.
     pub(crate) bound: &'a [f64],
     pub(crate) broken: &'a [f64],
     pub(crate) correlation: &'a [[f64; MOST_LIMITS]; MOST_LIMITS],
@@ -112,8 +121,8 @@ impl<'a> Breaking<'a> {
         Self { bound, broken, correlation, both }
     }
 
-    /// Probability that three are broken: an integral over two of the correlations, from none (Plackett 1954), where the third
-    /// is the strongest. Nothing where two of them are the same quantity.
+    /// Probability that three limits are broken: an integral over two of the correlations, from zero (Plackett 1954),
+    /// with the strongest correlation as the third. `None` if two of them limit one quantity.
     fn three(&self, of: [usize; 3]) -> Option<f64> {
         let size = |i: usize, j: usize| self.correlation[i][j].abs();
         let [i, j, k] = of;
@@ -145,14 +154,14 @@ impl<'a> Breaking<'a> {
         Some((self.broken[first] * self.both[second][third] + sum / TAU).clamp(0.0, most))
     }
 
-    /// A probability that all are kept which is never too large: each limit is broken while all before it are kept with no
-    /// more than the probability that it is while one or two of them are (Hunter 1976, Worsley 1982; Bukszar and Prekopa 2001).
-    /// It is exact for two limits and for three.
+    /// Lower bound for the probability that all limits are kept. The probability that a limit is broken while all
+    /// before it are kept is at most the probability that it is broken while one or two of them are kept (Hunter 1976,
+    /// Worsley 1982; Bukszar and Prekopa 2001). The bound is exact for two limits and for three.
     pub(crate) fn least_kept(&self) -> f64 {
         const NOWHERE: usize = usize::MAX;
         let count = self.bound.len();
         let mut is_in = [false; MOST_LIMITS];
-        // With which two of those that are in a limit is most likely broken.
+        // For each limit: the limits already in the tree that are most likely broken together with it, at most two.
         let mut beside = [(0, NOWHERE); MOST_LIMITS];
         is_in[0] = true;
         let mut kept = 1.0 - self.broken[0];
@@ -185,7 +194,7 @@ impl<'a> Breaking<'a> {
     }
 }
 
-/// The density of two standard normal numbers of a correlation, without its leading factors; `left` is 1 - r².
+/// The density of two standard normal numbers with a correlation, without its leading factors; `left` is 1 - r².
 fn density_of_two(a: f64, b: f64, r: f64, left: f64) -> f64 {
     exp_minus(0.5 * (a * a + b * b - 2.0 * r * a * b) / left)
 }

@@ -1,12 +1,12 @@
-//! Little-endian numbers in byte slices. Nothing here can panic: what is not there reads as zero,
-//! and opening a file makes sure that everything is there.
+//! Little-endian numbers in byte slices. Nothing here can panic: missing bytes read as zero, and opening a file makes
+//! sure that no bytes are missing.
 
 /// A run of f64 in the file, read where it lies.
 #[derive(Debug, Clone, Copy)]
 pub struct Numbers<'a>(pub(crate) &'a [[u8; 8]]);
 
 impl<'a> Numbers<'a> {
-    /// How many numbers.
+    /// Number of numbers.
     #[must_use]
     pub fn len(self) -> usize {
         self.0.len()
@@ -53,7 +53,7 @@ pub(crate) fn u16_at(bytes: &[u8], at: usize) -> usize {
     bytes.get(at..).and_then(<[u8]>::first_chunk).map_or(0, |b| usize::from(u16::from_le_bytes(*b)))
 }
 
-/// The u32 at byte `at`. No file is longer than 4 GiB, so that it fits wherever the file does.
+/// The u32 at byte `at`. No file is longer than 4 GiB: the value fits wherever the file does.
 pub(crate) fn u32_at(bytes: &[u8], at: usize) -> usize {
     bytes.get(at..).and_then(<[u8]>::first_chunk).map_or(0, |b| u32::from_le_bytes(*b) as usize)
 }

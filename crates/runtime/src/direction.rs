@@ -1,4 +1,4 @@
-//! How a value, or the difference of two, depends on the states at one condition.
+//! Dependence of a value, or of the difference of two, on the states at one condition.
 
 use crate::belief::Known;
 use crate::format::{MAX_PARAMETERS, MAX_POINTS};
@@ -8,20 +8,20 @@ use crate::normal::NINETY_FIVE;
 use crate::surrogate::{Indices, Surrogate};
 use crate::uncertain::{Monomials, Uncertainty};
 
-/// Points whose slopes are found once for a whole verdict.
+/// Number of points whose slopes are kept for a whole verdict (count). Chosen: room on the stack against repeated sums.
 const REMEMBERED: usize = 24;
 
-/// How uncertain a value is, as standard deviations in the point's unit.
+/// Uncertainty of a value, as standard deviations in the point's unit.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Band {
-    /// Of the function that was fitted to the solver's results.
+    /// Standard deviation from the fit of the surrogate to the solver's results.
     pub fit: f64,
-    /// Of the parameters.
+    /// Standard deviation from the parameters.
     pub parameters: f64,
-    /// Of what the model misses.
+    /// Standard deviation from the model error.
     pub misses: f64,
-    /// Of all of it. After learning, parameters and misses make up for each other, and this is less than the root of the
-    /// sum of squares.
+    /// Standard deviation from all of them. After learning, parameters and model error are anticorrelated, and this is
+    /// less than the root of the sum of squares.
     pub total: f64,
 }
 
@@ -57,14 +57,14 @@ pub(crate) fn compared(kind: LimitKind<Indices<'_>>, values: &[f64]) -> (usize, 
     }
 }
 
-/// One condition, ready for any number of directions there.
+/// One condition, prepared for any number of directions there.
 pub(crate) struct Here<'h> {
     surrogate: &'h Surrogate<'h>,
     uncertainty: &'h Uncertainty<'h>,
     monomials: Monomials,
-    /// Variance that the distance from the measured conditions adds, as a share of what the model misses.
+    /// Relative variance that the distance from the measured conditions adds to the model error.
     growth: f64,
-    /// Slopes of the first points, where they were asked for.
+    /// Slopes of the first points, if they were asked for.
     slopes: [[f64; MAX_PARAMETERS]; REMEMBERED],
     remembered: usize,
 }
@@ -76,7 +76,7 @@ impl<'h> Here<'h> {
         Self { surrogate, uncertainty, monomials, growth: away * away, slopes: [[0.0; MAX_PARAMETERS]; REMEMBERED], remembered: 0 }
     }
 
-    /// Finds the slopes of the first points once, for all that looks at them.
+    /// Computes the slopes of the first points once, for all later uses.
     pub(crate) fn remember(&mut self) {
         self.remembered = self.surrogate.point_count().min(REMEMBERED);
         for (point, slopes) in self.slopes.iter_mut().enumerate().take(self.remembered) {
@@ -84,14 +84,14 @@ impl<'h> Here<'h> {
         }
     }
 
-    /// Adds what is known of the states to the values of all points.
+    /// Adds the mean of the states to the values of all points.
     pub(crate) fn shift(&self, known: &Known<'_, '_, '_>, values: &mut [f64]) {
         if !known.is_prior() {
             values.iter_mut().enumerate().for_each(|(point, value)| *value += self.point(point).mean(known));
         }
     }
 
-    /// The same, and finds their bands.
+    /// Adds the mean of the states to the values of all points, and finds their bands.
     pub(crate) fn fill(&self, known: &Known<'_, '_, '_>, values: &mut [f64], bands: &mut [Band]) {
         for (point, (value, band)) in values.iter_mut().zip(bands).enumerate() {
             let direction = self.point(point);
@@ -120,7 +120,7 @@ impl<'h> Here<'h> {
             common_state: states,
             growth: self.growth,
         };
-        // A point against itself depends on nothing.
+        // The difference of a point to itself depends on nothing.
         if second != Some(first) {
             for (end, (point, sign)) in direction.ends.iter_mut().zip([Some((first, 1.0)), second.map(|p| (p, -1.0))].into_iter().flatten())
             {
@@ -137,28 +137,28 @@ impl<'h> Here<'h> {
     }
 }
 
-/// One of the points that a quantity looks at.
+/// One of the points that a quantity depends on.
 #[derive(Clone, Copy)]
 struct End {
-    /// State of what the model misses there alone.
+    /// State of the point's own model error.
     state: usize,
-    /// One, minus one, or zero where there is no such point.
+    /// Sign of the point: 1, -1, or 0 if there is no point.
     sign: f64,
-    /// Standard deviation of what the model misses there alone.
+    /// Standard deviation of the point's own model error.
     own: f64,
-    /// Variance of its fit.
+    /// Variance of the point's fit.
     fit: f64,
 }
 
-/// How a quantity depends on the states, and its variance beside them.
+/// Dependence of a quantity on the states, and its variance beside them.
 pub(crate) struct Direction {
     parameters: usize,
     slopes: [f64; MAX_PARAMETERS],
     ends: [End; 2],
-    /// Weight and state of what all points miss together.
+    /// Weight and state of the common model error of all points.
     common: f64,
     common_state: usize,
-    /// Variance that the distance from the measured conditions adds, as a share of what the model misses.
+    /// Relative variance that the distance from the measured conditions adds to the model error.
     growth: f64,
 }
 
@@ -178,23 +178,23 @@ impl Direction {
         owns.chain([(self.common_state, self.common)]).filter(|(_, weight)| *weight != 0.0)
     }
 
-    /// Variances of the fit, and of what is new away from the measured conditions.
+    /// Variances of the fit, and of the additional model error away from the measured conditions.
     pub(crate) fn beside(&self) -> (f64, f64) {
         let of = |value: fn(&End) -> f64| self.ends.iter().filter(|end| end.sign != 0.0).map(value).sum::<f64>();
         (of(|end| end.fit), self.growth * (of(|end| end.own * end.own) + self.common * self.common))
     }
 
-    /// What the mean of the states adds.
+    /// Contribution of the mean of the states to the quantity.
     pub(crate) fn mean(&self, known: &Known<'_, '_, '_>) -> f64 {
         if known.is_prior() { 0.0 } else { self.weights().map(|(i, w)| w * known.mean(i)).sum() }
     }
 
-    /// Covariance of it with a state.
+    /// Covariance of the quantity with a state.
     pub(crate) fn towards(&self, known: &Known<'_, '_, '_>, state: usize) -> f64 {
         self.weights().map(|(i, w)| w * known.covariance(i, state)).sum()
     }
 
-    /// Its variance by the states, from its covariance with each.
+    /// Variance of the quantity from the states, given its covariance with each.
     pub(crate) fn variance_of(&self, towards: impl Fn(usize) -> f64) -> f64 {
         self.weights().map(|(i, w)| w * towards(i)).sum()
     }

@@ -12,13 +12,13 @@ use crate::format::{MAX_DEGREE, MAX_VARIABLES};
 use crate::math::{exp_minus, exp_minus_all, ln, ln_normal, sqrt};
 use crate::surrogate::{Basis, Indices, Kernel, Polynomial, Scaling, Surrogate, Transform};
 
-/// Terms or centres worked on at a time.
+/// Number of terms or centres worked on at a time (count). Chosen: a block fits a controller's stack.
 pub(crate) const BLOCK: usize = 128;
-/// Places for the powers 0 to 12 of a scaled variable: as many as four bits can name.
+/// Number of places (count) for the powers 0 to 12 of a scaled variable: 2⁴, as an exponent has four bits.
 pub(crate) const POWERS: usize = 16;
 const _: () = assert!(MAX_DEGREE < POWERS);
 
-/// In the order of their codes.
+/// Transforms in the order of their codes.
 pub(crate) const TRANSFORMS: [Transform; 3] = [Transform::Identity, Transform::Reciprocal, Transform::Log];
 
 pub(crate) type Scaled = [f64; MAX_VARIABLES];
@@ -26,7 +26,7 @@ pub(crate) type Scaled = [f64; MAX_VARIABLES];
 /// A slice does not have the length the surrogate asks for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ShapeError {
-    /// The wrong argument.
+    /// Name of the wrong argument.
     pub argument: &'static str,
     /// The length it must have, or the number it must stay under.
     pub expected: usize,
@@ -68,12 +68,11 @@ impl Transform {
 }
 
 impl Surrogate<'_> {
-    /// The values of all points at condition `x`, given in the variables' units, into `values`, in
-    /// the points' units. Outside the fitted range the models extrapolate, and may give infinities
-    /// or NaN; ask [`Surrogate::in_domain`].
+    /// The values of all points at condition `x`, given in the variables' units, into `values`, in the points' units.
+    /// Outside the fitted range the models extrapolate, and may give infinities or NaN; see [`Surrogate::in_domain`].
     ///
     /// # Errors
-    /// If `x` does not have one value per variable, or `values` one place per point.
+    /// `x` does not have one value per variable, or `values` does not have one place per point.
     pub fn evaluate(&self, x: &[f64], values: &mut [f64]) -> Result<(), ShapeError> {
         self.evaluate_fit(x, values)?;
         if let Some(uncertainty) = self.uncertainty.as_ref().filter(|own| !own.mean.is_empty()) {
@@ -85,11 +84,11 @@ impl Surrogate<'_> {
         Ok(())
     }
 
-    /// What a controller adds at condition `x` to be where it is meant to be, into one place per point: the displacement of the point
-    /// with the opposite sign, in its unit, and 0 for a point that is no displacement.
+    /// The correction that a controller adds at condition `x` to reach the intended position, one place per point: the
+    /// displacement of the point with the opposite sign, in its unit, and 0 for a point that is no displacement.
     ///
     /// # Errors
-    /// As [`Surrogate::evaluate`].
+    /// Errors of [`Surrogate::evaluate`].
     pub fn offset(&self, x: &[f64], offsets: &mut [f64]) -> Result<(), ShapeError> {
         self.evaluate(x, offsets)?;
         for (point, value) in offsets.iter_mut().enumerate() {
@@ -98,12 +97,12 @@ impl Surrogate<'_> {
         Ok(())
     }
 
-    /// Whether a point tells how far a place moves: its unit is the micrometre, in which this program has displacements.
+    /// Whether a point is a displacement: its unit is the micrometre, the unit of all displacements in this program.
     pub fn is_displacement(&self, point: usize) -> bool {
         self.point(point).is_some_and(|own| own.unit == "um")
     }
 
-    /// The same without what is known of the parameters.
+    /// The values of all points without the knowledge of the parameters.
     pub(crate) fn evaluate_fit(&self, x: &[f64], values: &mut [f64]) -> Result<(), ShapeError> {
         check("number of variables", self.variables.len(), x.len())?;
         check("number of points", self.points.len(), values.len())?;
@@ -134,17 +133,17 @@ impl Surrogate<'_> {
         Ok(())
     }
 
-    /// The value of one point at condition `x`: the same bits as [`Surrogate::evaluate`] gives.
+    /// The value of one point at condition `x`, equal to the last bit to [`Surrogate::evaluate`].
     ///
     /// # Errors
-    /// If `x` does not have one value per variable, or there is no such point.
+    /// `x` does not have one value per variable, or the point does not exist.
     pub fn evaluate_point(&self, x: &[f64], point: usize) -> Result<f64, ShapeError> {
         let value = self.evaluate_fit_of(x, point)?;
         let Some(uncertainty) = self.uncertainty.as_ref().filter(|own| !own.mean.is_empty()) else { return Ok(value) };
         Ok(value + self.here(uncertainty, x).point(point).mean(&Known::File(uncertainty)))
     }
 
-    /// The same without what is known of the parameters.
+    /// The value of one point without the knowledge of the parameters.
     pub(crate) fn evaluate_fit_of(&self, x: &[f64], point: usize) -> Result<f64, ShapeError> {
         self.check_point(x, point)?;
         let scaled = self.scale(x);
@@ -174,12 +173,12 @@ impl Surrogate<'_> {
         Ok(value)
     }
 
-    /// The derivatives of one point's value with respect to each variable at condition `x`, in the
-    /// point's unit per unit of the variable, by the closed form.
+    /// The derivatives of one point's value with respect to each variable at condition `x`, in the point's unit per
+    /// unit of the variable, in closed form.
     ///
     /// # Errors
-    /// If `x` does not have one value per variable, `gradient` not one place per variable, or there
-    /// is no such point.
+    /// `x` does not have one value per variable, `gradient` does not have one place per variable, or the point does not
+    /// exist.
     pub fn gradient(&self, x: &[f64], point: usize, gradient: &mut [f64]) -> Result<(), ShapeError> {
         self.check_point(x, point)?;
         check("places for the gradient", self.variables.len(), gradient.len())?;
@@ -223,7 +222,7 @@ impl Surrogate<'_> {
         }
     }
 
-    /// Adds slopes with respect to the scaled variables as slopes with respect to the variables.
+    /// Converts slopes with respect to the scaled variables to slopes with respect to the variables, and adds them.
     fn chain(&self, transforms: &[u8], x: &[f64], slopes: &Scaled, gradient: &mut [f64]) {
         for (v, (gradient, (x, slope))) in gradient.iter_mut().zip(x.iter().zip(slopes)).enumerate() {
             let transform = transforms.get(v).copied().and_then(Transform::from_code).unwrap_or(Transform::Identity);
@@ -232,7 +231,7 @@ impl Surrogate<'_> {
         }
     }
 
-    /// The scaled variables under each transform that some model uses.
+    /// The scaled variables under each transform that a model uses.
     #[inline(always)]
     pub(crate) fn scale(&self, x: &[f64]) -> [Scaled; 3] {
         let mut scaled = [[0.0; MAX_VARIABLES]; 3];
@@ -295,7 +294,7 @@ pub(crate) fn pick(transforms: &[u8], scaled: &[Scaled; 3]) -> Scaled {
     u
 }
 
-/// The monomials of the terms from `start`, as many as `out` has places.
+/// The monomials of the terms from `start`, one per place of `out`.
 pub(crate) fn monomials(polynomial: &Polynomial<'_>, u: &[f64], start: usize, out: &mut [f64]) {
     let bytes = u.len().div_ceil(2);
     let exponents = polynomial.exponents.get(start * bytes..).unwrap_or(&[]);
@@ -309,8 +308,8 @@ pub(crate) fn monomials(polynomial: &Polynomial<'_>, u: &[f64], start: usize, ou
     }
 }
 
-/// One table of products of powers per pair of variables, in which the byte of both exponents names
-/// row and column; a monomial is then one product per pair. Eight powers do for most polynomials.
+/// One table of products of powers per pair of variables, with the byte of both exponents as index; a monomial is then
+/// one product per pair. Eight powers are sufficient for most polynomials.
 fn products<const PAIRS: usize, const SIZE: usize>(exponents: &[u8], u: &[f64], degree: usize, out: &mut [f64]) {
     let mut tables = [[[0.0; POWERS]; SIZE]; PAIRS];
     for (table, pair) in tables.iter_mut().zip(u.chunks(2)) {
@@ -337,7 +336,7 @@ fn products<const PAIRS: usize, const SIZE: usize>(exponents: &[u8], u: &[f64], 
     }
 }
 
-/// The squared scaled distances to the centres from `start`, as many as `out` has places.
+/// The squared scaled distances to the centres from `start`, one per place of `out`.
 fn squared_distances(basis: &Basis<'_>, u: &[f64], start: usize, out: &mut [f64]) {
     let (eights, rest) = out.as_chunks_mut::<8>();
     let tail = start + 8 * eights.len();
@@ -364,7 +363,7 @@ fn squared_distances(basis: &Basis<'_>, u: &[f64], start: usize, out: &mut [f64]
     }
 }
 
-/// Squared distances become kernel values. The kernel is looked at once, so that the loops vectorise.
+/// Converts squared distances to kernel values. The kernel is selected once, outside the loops, so that they vectorise.
 #[inline(always)]
 pub(crate) fn kernel_values(kernel: Kernel, block: &mut [f64]) {
     match kernel {
@@ -375,8 +374,8 @@ pub(crate) fn kernel_values(kernel: Kernel, block: &mut [f64]) {
     }
 }
 
-/// Derivative of the kernel with respect to the squared distance; at a centre, where that of the
-/// thin plate has no limit but its product with the distance has the limit zero, zero.
+/// Derivative of the kernel with respect to the squared distance. At a centre the derivative of the thin plate has no
+/// limit, but its product with the distance has the limit zero: the result there is zero.
 fn kernel_slope(kernel: Kernel, square: f64) -> f64 {
     match kernel {
         Kernel::ThinPlate if square < f64::MIN_POSITIVE => 0.0,
@@ -387,20 +386,20 @@ fn kernel_slope(kernel: Kernel, square: f64) -> f64 {
     }
 }
 
-/// At least the smallest normal number, so that 0 ln 0 comes out as zero; NaN stays.
+/// The number, but at least the smallest normal one, so that 0 ln 0 gives zero; NaN stays.
 #[inline(always)]
 fn normal(square: f64) -> f64 {
     if square < f64::MIN_POSITIVE { f64::MIN_POSITIVE } else { square }
 }
 
-/// Adds to each point's value the sum of its column of `table` times `block`, from row `start` of the
-/// table. One row serves all points, so that their sums run side by side.
+/// Adds to each point's value the sum of its column of `table` times `block`, from row `start` of the table. One row
+/// serves all points: their sums run side by side.
 fn add_columns(block: &[f64], table: Numbers<'_>, start: usize, points: Indices<'_>, values: &mut [f64]) {
     let columns = points.0.len();
     let mut points = points.0;
     let mut rest = table.0.get(start * columns..).unwrap_or(&[]);
     while !points.is_empty() {
-        // Up to twelve sums fit the registers; of more columns, eight at a time.
+        // Up to twelve sums fit the registers; more columns are summed eight at a time.
         let width = if points.len() <= 12 { points.len() } else { 8 };
         let (now, later) = points.split_at(width);
         match width {
@@ -432,8 +431,8 @@ fn add_some<const W: usize>(block: &[f64], table: &[[u8; 8]], columns: usize, po
     }
 }
 
-/// Sums of the first `W` columns. Not inlined: with results that are stored in one piece, the
-/// sums stay in wide registers instead of being taken apart in every turn of the loop.
+/// Sums of the first `W` columns. Not inlined: with results stored in one piece, the sums stay in wide registers and
+/// are not taken apart in every turn of the loop.
 #[inline(never)]
 fn column_sums<const W: usize>(block: &[f64], table: &[[u8; 8]], columns: usize, out: &mut [f64; W]) {
     if columns == W {

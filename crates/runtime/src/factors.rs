@@ -1,28 +1,31 @@
-//! What moves states: a rational approximation of the exponential with one real pole, third order and L-stable (Nørsett 1974;
-//! Hairer and Wanner, Solving Ordinary Differential Equations II, IV.6), cut where its own estimate asks for it. In double and in
-//! single precision.
+//! Integrator of the states: a rational approximation of the exponential with one real pole, third order and L-stable
+//! (Nørsett 1974; Hairer and Wanner, Solving Ordinary Differential Equations II, IV.6). A step is divided if its error
+//! estimate asks for it. In double and in single precision.
 
 use core::ops::{Add, Div, Mul, Sub};
 
 use crate::format::MAX_STATES;
 
-/// Error of a step that is allowed at any point, in the points' unit.
+/// Error of a step allowed at any point, in the points' unit. Chosen: far below the accuracy of sensors; time of a step
+/// against its error.
 const TOLERANCE: f64 = 1e-4;
-/// The pole: a root of g³ - 3 g² + 3/2 g - 1/6, that with which the approximation is L-stable.
+/// The pole (dimensionless): the root of g³ - 3 g² + 3/2 g - 1/6 for which the approximation is L-stable.
 const POLE: f64 = 0.435_866_521_508_459;
-/// Weights of one, two and three solves: those that match the exponential to second order, and with the pole to third.
+/// Weights (dimensionless) of one, two and three solves: they match the exponential to second order, and with the pole
+/// to third.
 const WEIGHTS: [f64; 3] = {
     let (first, second) = (1.0 / POLE, 0.5 / (POLE * POLE));
     let third = second - first - (first - 1.0);
     let two = first - 1.0 - 2.0 * third;
     [1.0 - two - third, two, third]
 };
-/// What the third difference of the solves is multiplied by, as an estimate of the error: that of a scheme of second order.
+/// Factor (dimensionless) on the third difference of the solves as an error estimate: the error of a scheme of second
+/// order.
 const ESTIMATE: f64 = 0.5;
-/// Shortest share of a step that it is cut into.
+/// Shortest part of a step as a share of the step (dimensionless). Chosen: bounds the work of one step.
 const SHORTEST: f64 = 1e-6;
 
-/// Numbers of a state.
+/// One number per state.
 pub(crate) type States<R> = [R; MAX_STATES];
 
 /// A number of either precision.
@@ -32,9 +35,10 @@ pub(crate) trait Real:
     const ZERO: Self;
     const ONE: Self;
     fn of(x: f64) -> Self;
-    /// Without its sign.
+    /// Absolute value.
     fn size(self) -> Self;
-    /// Relative difference of lengths that are the same but for rounding.
+    /// Relative difference up to which two lengths count as equal (dimensionless). Chosen: above rounding in this
+    /// precision.
     const ROUNDING: f64;
 }
 
@@ -62,8 +66,9 @@ impl Real for f32 {
     }
 }
 
-/// Moves what `n` states are away from the steady ones, by L (by columns, 1/s) for `duration` seconds; `length` is the step that the
-/// last one came to, and that of this one comes back. `reach` says how far a unit of each state moves a point at most.
+/// Moves the deviations `away` of `n` states from the steady ones by L (by columns, 1/s) over `duration` seconds.
+/// `length` is the length of the last internal step; the function returns the new one. `reach` is the largest change of
+/// any point per unit of each state.
 pub(crate) fn advance<R: Real>(
     rates: &[States<R>; MAX_STATES],
     away: &mut States<R>,
@@ -83,7 +88,7 @@ pub(crate) fn advance<R: Real>(
         let (after, difference) = factors.step(away);
         let sum = (0..n).fold(R::ZERO, |sum, k| sum + difference[k].size() * reach(k));
         let error = R::of(ESTIMATE) * sum;
-        // Halves and doubles: most steps keep their factors.
+        // Lengths are halved and doubled only: most steps keep their factors.
         if error > tolerance && length > shortest {
             next = R::of(0.5) * length;
             continue;
@@ -100,8 +105,8 @@ pub(crate) fn dot<R: Real>(a: &States<R>, b: &States<R>, n: usize) -> R {
     a.iter().zip(b).take(n).fold(R::ZERO, |sum, (a, b)| sum + *a * *b)
 }
 
-/// LU factors of I + POLE length L by columns, rows exchanged by the largest pivot. All inner loops run down a column, so that
-/// they vectorise.
+/// LU factors of I + POLE length L by columns, with rows exchanged by the largest pivot. All inner loops run down a
+/// column: they vectorise.
 struct Factors<R> {
     length: R,
     columns: [States<R>; MAX_STATES],
@@ -169,7 +174,7 @@ impl<R: Real> Factors<R> {
         x
     }
 
-    /// The states after the step, and the third difference of the solves.
+    /// The deviations after the step, and the third difference of the solves.
     fn step(&self, away: &States<R>) -> (States<R>, States<R>) {
         let one = self.solve(away);
         let two = self.solve(&one);

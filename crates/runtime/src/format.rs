@@ -1,40 +1,42 @@
-//! The byte layout, as numbers. `docs/surrogate-format.md` says it in words.
+//! The byte layout, as numbers; `docs/surrogate-format.md` describes it in words.
 
 /// First eight bytes of a file; a transfer that rewrites line ends or strips bit 7 destroys them.
 pub const MAGIC: [u8; 8] = *b"\x89CPLATE\n";
-/// The version of the layout that is written.
+/// Version of the layout that this program writes.
 pub const VERSION: u16 = 2;
-/// The oldest version that is still read: it has no further sections.
+/// Oldest version that this program reads; it has no further sections.
 pub const OLDEST_VERSION: u16 = 1;
-/// Most condition variables.
+/// Largest number of condition variables (count). This bound and those below are chosen: they fix the memory of a
+/// reader that cannot allocate.
 pub const MAX_VARIABLES: usize = 8;
-/// Most measurement points.
+/// Largest number of measurement points (count).
 pub const MAX_POINTS: usize = 256;
-/// Most terms of one polynomial block (the terms of every point in it together).
+/// Largest number of terms of one polynomial block (count; the terms of every point in it together).
 pub const MAX_TERMS: usize = 1024;
-/// Largest total degree of a term.
+/// Largest total degree of a term (count).
 pub const MAX_DEGREE: usize = 12;
-/// Most centres of one radial basis.
+/// Largest number of centres of one radial basis (count).
 pub const MAX_CENTRES: usize = 4096;
-/// Most limits.
+/// Largest number of limits (count).
 pub const MAX_LIMITS: usize = 256;
-/// Most provenance entries.
+/// Largest number of provenance entries (count).
 pub const MAX_PROVENANCE: usize = 256;
-/// Most variables that were held.
+/// Largest number of held variables (count).
 pub const MAX_HELD: usize = 64;
-/// Most uncertain parameters.
+/// Largest number of uncertain parameters (count).
 pub const MAX_PARAMETERS: usize = 32;
-/// Most terms of the slopes with respect to them.
+/// Largest number of terms of the slopes with respect to the parameters (count).
 pub const MAX_SLOPE_TERMS: usize = 128;
-/// Most conditions at which a model was compared with measurements.
+/// Largest number of conditions at which a model was compared with measurements (count).
 pub const MAX_MEASURED: usize = 256;
-/// Most further sections.
+/// Largest number of further sections (count).
 pub const MAX_SECTIONS: usize = 64;
-/// Most self-test vectors; there is at least one.
+/// Largest number of self-test vectors (count); there is at least one.
 pub const MAX_SELF_TESTS: usize = 16;
-/// Longest name or unit in bytes.
+/// Longest name or unit, in bytes.
 pub const MAX_NAME: usize = 255;
-/// A self-test value v must be reproduced to within this times max(1, |v|).
+/// Tolerance of a self-test (dimensionless): a value v must be reproduced to within this times max(1, |v|). Chosen:
+/// above the rounding of other platforms, far below every accuracy in use.
 pub const SELF_TEST_TOLERANCE: f64 = 1e-7;
 
 /// Bytes of the header.
@@ -49,17 +51,17 @@ pub const POLYNOMIAL_RECORD: usize = 28;
 pub const SECTION_HEADER: usize = 8;
 /// Tag of the section of held variables.
 pub const HELD: [u8; 4] = *b"HELD";
-/// Tag of the section of what the answers leave open.
+/// Tag of the section on the uncertainty of the answers.
 pub const UNCERTAIN: [u8; 4] = *b"UNCT";
-/// Tag of the section on how answers follow held variables; readers that state none pass over it.
+/// Tag of the section on the dependence of answers on held variables; readers that do not need it skip it.
 pub const FOLLOWED: [u8; 4] = *b"held";
 /// Tag of the section on the machine over time.
 pub const IN_TIME: [u8; 4] = *b"time";
-/// Bytes before the numbers of that section.
+/// Bytes before the numbers of the section on the machine over time.
 pub const IN_TIME_HEADER: usize = 32;
-/// Most states that a machine has over time.
+/// Largest number of states that a machine has over time (count).
 pub const MAX_STATES: usize = 32;
-/// Bytes before the records of the section of what the answers leave open.
+/// Bytes before the records of the section on the uncertainty of the answers.
 pub const UNCERTAIN_HEADER: usize = 24;
 /// Bytes of the checksum that ends the file.
 pub const TRAILER: usize = 4;
@@ -80,6 +82,7 @@ pub fn crc32(bytes: &[u8]) -> u32 {
     !crc
 }
 
+/// Tables of the checksum: the effect of a byte on the register after one to four bytes.
 static TABLES: [[u32; 256]; 4] = tables();
 
 const fn tables() -> [[u32; 256]; 4] {

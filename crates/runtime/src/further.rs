@@ -1,4 +1,4 @@
-//! The further sections of a file: what they hold, and every check of it.
+//! The further sections of a file: their content, and every check of it.
 
 use crate::bytes::{Numbers, part, u16_at, u32_at};
 use crate::direction::Band;
@@ -8,22 +8,22 @@ use crate::open::{Checked, OpenError, check_name, ensure, records, within};
 use crate::surrogate::{Held, Surrogate};
 use crate::uncertain::{Scale, Uncertainty, packed};
 
-/// What the further sections hold.
+/// Content of the further sections.
 #[derive(Default)]
 pub(crate) struct Further<'a> {
     pub(crate) held: &'a [[u8; MEDIUM_RECORD]],
     /// Names and units of the held variables.
     pub(crate) held_text: &'a str,
     pub(crate) uncertainty: Option<Uncertainty<'a>>,
-    /// How answers follow held variables, unread.
+    /// Bytes of the section on the dependence of answers on held variables, not decoded.
     pub(crate) followed: &'a [u8],
     pub(crate) in_time: Option<InTime<'a>>,
 }
 
 impl<'a> Further<'a> {
-    /// The `count` sections in `rest`, which ends at byte `end` of the file: tags rise, contents begin at multiples of eight.
-    /// A tag that begins with a capital letter is one that answers depend on, and refused where it is unknown; one that
-    /// begins with a small letter may be passed over.
+    /// The `count` sections in `rest`, which ends at byte `end` of the file: tags ascend, contents begin at multiples
+    /// of eight. A tag with a capital first letter marks a section that answers depend on; an unknown one is refused. A
+    /// section with a small first letter may be skipped.
     pub(crate) fn cut(mut rest: &'a [u8], end: usize, count: usize, variables: usize, points: usize) -> Result<Self, OpenError> {
         let mut further = Self::default();
         let mut last = [0; 4];
@@ -62,7 +62,7 @@ fn held(mut content: &[u8]) -> Result<(&[[u8; MEDIUM_RECORD]], &str), OpenError>
     Ok((list, core::str::from_utf8(content).map_err(|_| OpenError::Text("text of the held variables"))?))
 }
 
-/// What the answers leave open, cut into its parts; all its numbers are finite afterwards.
+/// The section on the uncertainty of the answers, divided into its parts; all its numbers are finite afterwards.
 fn uncertain(mut content: &[u8], variables: usize, points: usize) -> Result<Uncertainty<'_>, OpenError> {
     let head: &[[u8; UNCERTAIN_HEADER]] = records(&mut content, 1)?;
     let head: &[u8; UNCERTAIN_HEADER] = head.first().ok_or(OpenError::Length)?;
@@ -116,7 +116,7 @@ fn uncertain(mut content: &[u8], variables: usize, points: usize) -> Result<Unce
     })
 }
 
-/// The machine over time, cut into its parts; all its numbers are finite afterwards.
+/// The section on the machine over time, divided into its parts; all its numbers are finite afterwards.
 fn in_time(mut content: &[u8], variables: usize, points: usize) -> Result<InTime<'_>, OpenError> {
     let head: &[[u8; IN_TIME_HEADER]] = records(&mut content, 1)?;
     let head: &[u8; IN_TIME_HEADER] = head.first().ok_or(OpenError::Length)?;
@@ -177,7 +177,7 @@ fn in_time(mut content: &[u8], variables: usize, points: usize) -> Result<InTime
 }
 
 impl<'a> Surrogate<'a> {
-    /// Checks what the file says of the machine over time, and prepares the scaling of its variables.
+    /// Checks the section on the machine over time, and prepares the scaling of its variables.
     pub(crate) fn check_in_time(mut self) -> Result<Self, OpenError> {
         let Some(own) = self.in_time else { return Ok(self) };
         for shared in [own.steady, own.moving] {
@@ -224,7 +224,7 @@ impl<'a> Surrogate<'a> {
         ensure(end == self.held_text.len(), OpenError::Length)
     }
 
-    /// Checks what the answers leave open, and prepares the scaling of its variables.
+    /// Checks the section on the uncertainty of the answers, and prepares the scaling of its variables.
     pub(crate) fn check_uncertainty(mut self) -> Result<Self, OpenError> {
         let Some(uncertainty) = self.uncertainty else { return Ok(self) };
         let mut end = 0;
@@ -259,7 +259,7 @@ impl<'a> Surrogate<'a> {
         Ok(self)
     }
 
-    /// The bands at the conditions of the self-tests.
+    /// Checks the bands at the conditions of the self-tests.
     pub(crate) fn check_bands(&self, vector: usize, x: &[f64], values: &mut [f64]) -> Checked {
         let Some(uncertainty) = self.uncertainty else { return Ok(()) };
         let mut bands = [Band::default(); MAX_POINTS];
@@ -274,7 +274,7 @@ impl<'a> Surrogate<'a> {
     }
 }
 
-/// Name and unit of a record, which follow those of the one before; returns where they end.
+/// Checks name and unit of a record, which follow those of the record before; returns their end.
 fn check_texts(text: &str, end: usize, [start, name, unit]: [usize; 3], what: [&'static str; 2]) -> Result<usize, OpenError> {
     ensure(start == end, OpenError::Place("texts of a section"))?;
     let whole = text.get(start..start + name + unit).filter(|whole| whole.is_char_boundary(name));
@@ -296,7 +296,7 @@ fn check_exponents(exponents: &[u8], variables: usize, stated: usize) -> Checked
     ensure(degree == stated, OpenError::Degree)
 }
 
-/// Variances are none negative, and no covariance of so many quantities is larger than they allow.
+/// Checks that no variance is negative, and that no covariance exceeds its bound by two variances.
 fn check_covariance(count: usize, covariance: Numbers<'_>) -> Checked {
     let of = |i: usize, j: usize| covariance.at(packed(i, j));
     for i in 0..count {

@@ -1,9 +1,9 @@
-//! The machine over time: a few states that fall back to those of the steady state, step by step.
+//! The machine over time: a few states that relax towards the steady state, step by step.
 //!
-//! At a condition x the states z follow z' = -L(x) (z - z_s(x)), and a point reads
-//! f(x) + C(x) (z - z_s(x)), so that every steady state is the one of [`Surrogate::query`]. A step holds its condition. It
-//! is integrated by a rational approximation of the exponential with one real pole, third order and L-stable (Nørsett 1974;
-//! Hairer and Wanner, Solving Ordinary Differential Equations II, IV.6), and cut where its own estimate asks for it.
+//! At a condition x the states z follow z' = -L(x) (z - z_s(x)), and a point reads f(x) + C(x) (z - z_s(x)): every
+//! steady state is that of [`Surrogate::query`]. The condition is constant over a step. The integrator is a rational
+//! approximation of the exponential with one real pole, third order and L-stable (Nørsett 1974; Hairer and Wanner,
+//! Solving Ordinary Differential Equations II, IV.6). A step is divided if its error estimate asks for it.
 
 use core::fmt;
 
@@ -14,7 +14,7 @@ use crate::format::{MAX_POINTS, MAX_SLOPE_TERMS, MAX_STATES, MAX_VARIABLES};
 use crate::surrogate::{Polynomial, Surrogate};
 use crate::uncertain::packed;
 
-/// Products that are summed side by side.
+/// Number of products summed side by side (count): eight doubles fill one register of 512 bits or two of 256 bits.
 const LANES: usize = 8;
 
 /// Polynomials over common terms: term by term, one coefficient per column.
@@ -36,24 +36,24 @@ impl<'a> Shared<'a> {
 #[derive(Debug, Clone, Copy)]
 pub struct InTime<'a> {
     pub(crate) states: usize,
-    /// Of the steady states, and of what moves the states.
+    /// Terms of the steady states, and of the rates and outputs.
     pub(crate) steady: Shared<'a>,
     pub(crate) moving: Shared<'a>,
-    /// By how much each point may be off over time, in its unit.
+    /// Largest error of each point over time, in its unit.
     pub(crate) errors: Numbers<'a>,
-    /// How far a unit of each state moves a point at most.
+    /// Largest change of any point per unit of each state.
     pub(crate) reach: Numbers<'a>,
-    /// States of one temperature everywhere: at zero, and per unit of the points.
+    /// States of one temperature everywhere: at temperature zero, and per unit of the points.
     pub(crate) uniform: Numbers<'a>,
-    /// Packed lower triangle of the covariance of what the states are away from the steady ones.
+    /// Packed lower triangle of the covariance of the states' deviations from the steady ones.
     pub(crate) spread: Numbers<'a>,
-    /// Term by term, one coefficient per state.
+    /// Coefficients of the steady states: term by term, one per state.
     pub(crate) steady_coefficients: Numbers<'a>,
-    /// Term by term, states times states coefficients, column by column.
+    /// Coefficients of L: term by term, states times states, column by column.
     pub(crate) rates: Numbers<'a>,
-    /// Point by point, term by term, one coefficient per state.
+    /// Coefficients of the outputs: point by point, term by term, one per state.
     pub(crate) outputs: Numbers<'a>,
-    /// Two conditions, a duration and the values at its end, each.
+    /// Self-tests: two conditions, a duration and the values at its end, for each.
     pub(crate) tests: Numbers<'a>,
     pub(crate) test_count: usize,
     /// All numbers in the order of the file.
@@ -61,13 +61,13 @@ pub struct InTime<'a> {
 }
 
 impl<'a> InTime<'a> {
-    /// The terms of the steady states; they have no points.
+    /// The terms of the steady states; this polynomial has no points.
     #[must_use]
     pub fn steady_terms(&self) -> Polynomial<'a> {
         self.steady.polynomial()
     }
 
-    /// The terms of what moves the states; they have no points.
+    /// The terms of rates and outputs; this polynomial has no points.
     #[must_use]
     pub fn moving_terms(&self) -> Polynomial<'a> {
         self.moving.polynomial()
@@ -79,35 +79,37 @@ impl<'a> InTime<'a> {
         self.numbers
     }
 
-    /// How many states.
+    /// Number of states.
     #[must_use]
     pub fn states(&self) -> usize {
         self.states
     }
 
-    /// How many self-tests close [`InTime::numbers`]: two conditions, a duration and the values at its end, each.
+    /// Number of self-tests at the end of [`InTime::numbers`]: two conditions, a duration and the values at its end,
+    /// for each.
     #[must_use]
     pub fn test_count(&self) -> usize {
         self.test_count
     }
 
-    /// By how much a point may be off over time beyond its band in the steady state, in its unit; zero where there is no such point.
+    /// Largest error of a point over time beyond its band in the steady state, in its unit; zero if the point does not
+    /// exist.
     #[must_use]
     pub fn error(&self, point: usize) -> f64 {
         self.errors.at(point)
     }
 }
 
-/// The state of a machine: [`Surrogate::at_rest`] and its like make it, [`Surrogate::step`] moves it.
+/// The state of a machine: [`Surrogate::at_rest`] and related functions make one, [`Surrogate::step`] moves it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct State {
     pub(crate) values: [f64; MAX_STATES],
-    /// The step that the last one came to, s; zero at the beginning.
+    /// Length of the last internal step, s; zero at the beginning.
     pub(crate) length: f64,
 }
 
 impl State {
-    /// The state as numbers, for keeping it elsewhere: those of the states, then the step that the last one came to, s.
+    /// The state as numbers, for storage elsewhere: the states, then the length of the last internal step, s.
     #[must_use]
     pub fn numbers(&self) -> [f64; MAX_STATES + 1] {
         let mut all = [self.length; MAX_STATES + 1];
@@ -124,10 +126,10 @@ impl State {
     }
 }
 
-/// Why a state cannot be made or moved.
+/// Reason why a state cannot be made or moved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StepError {
-    /// The file knows steady states only.
+    /// The file holds steady states only.
     NotInTime,
     /// A slice has the wrong length.
     Shape(ShapeError),
@@ -160,7 +162,7 @@ pub(crate) struct Terms {
 }
 
 impl<'a> Surrogate<'a> {
-    /// What the file says of the machine over time, if it does.
+    /// The section on the machine over time, if the file has one.
     #[must_use]
     pub fn in_time(&self) -> Option<&InTime<'a>> {
         self.in_time.as_ref()
@@ -169,7 +171,7 @@ impl<'a> Surrogate<'a> {
     /// The steady state at condition `x`.
     ///
     /// # Errors
-    /// The file knows steady states only; `x` does not have one finite value per variable.
+    /// The file holds steady states only; `x` does not have one finite value per variable.
     pub fn at_rest(&self, x: &[f64]) -> Result<State, StepError> {
         let own = self.moving(x)?;
         Ok(State { values: self.steady_states(own, x), length: 0.0 })
@@ -178,7 +180,7 @@ impl<'a> Surrogate<'a> {
     /// The state in which everything has one temperature, in the points' unit.
     ///
     /// # Errors
-    /// The file knows steady states only; the temperature is no finite number.
+    /// The file holds steady states only; the temperature is no finite number.
     pub fn at_temperature(&self, temperature: f64) -> Result<State, StepError> {
         let own = self.in_time.as_ref().ok_or(StepError::NotInTime)?;
         if !temperature.is_finite() {
@@ -191,11 +193,11 @@ impl<'a> Surrogate<'a> {
         Ok(State { values, length: 0.0 })
     }
 
-    /// The most probable state at condition `x` given what the points read, each with this standard deviation; NaN where a point
-    /// is not measured. Where nothing is measured it is the steady one.
+    /// The most probable state at condition `x` given readings of the points, each with standard deviation `deviation`;
+    /// a reading is NaN for a point that is not measured. Without any reading it is the steady state.
     ///
     /// # Errors
-    /// The file knows steady states only; a wrong number of values; a deviation that is not positive.
+    /// The file holds steady states only; a wrong number of values; a deviation that is not positive.
     pub fn at_readings(&self, x: &[f64], readings: &[f64], deviation: f64) -> Result<State, StepError> {
         let own = self.moving(x)?;
         if !(deviation > 0.0 && deviation.is_finite()) {
@@ -237,11 +239,11 @@ impl<'a> Surrogate<'a> {
         Ok(state)
     }
 
-    /// Moves a state by `duration` seconds at condition `x`, which holds all that time.
+    /// Moves a state by `duration` seconds at the constant condition `x`.
     ///
     /// # Errors
-    /// The file knows steady states only; `x` does not have one finite value per variable; a duration that is negative or no
-    /// number. The state stays as it was.
+    /// The file holds steady states only; `x` does not have one finite value per variable; the duration is negative or
+    /// no number. The state is unchanged then.
     pub fn step(&self, state: &mut State, duration: f64, x: &[f64]) -> Result<(), StepError> {
         let own = self.moving(x)?;
         if !(duration >= 0.0 && duration.is_finite()) {
@@ -260,10 +262,10 @@ impl<'a> Surrogate<'a> {
         Ok(())
     }
 
-    /// What the points read in a state at condition `x`.
+    /// Readings of the points in a state at condition `x`.
     ///
     /// # Errors
-    /// The file knows steady states only; a wrong number of values or of places for them.
+    /// The file holds steady states only; a wrong number of values or of places for them.
     pub fn read(&self, state: &State, x: &[f64], values: &mut [f64]) -> Result<(), StepError> {
         let own = self.moving(x)?;
         self.evaluate(x, values)?;
@@ -302,7 +304,7 @@ impl<'a> Surrogate<'a> {
 }
 
 impl InTime<'_> {
-    /// L by columns, 1/s.
+    /// Rates L by columns, 1/s.
     fn rates(&self, terms: &Terms) -> [States<f64>; MAX_STATES] {
         let mut rates = [[0.0; MAX_STATES]; MAX_STATES];
         let n = self.states;
@@ -317,7 +319,7 @@ impl InTime<'_> {
         rates
     }
 
-    /// What states that are away from the steady ones add to a point.
+    /// Contribution of the states' deviations from the steady ones to a point.
     fn moved(&self, point: usize, terms: &Terms, away: &States<f64>) -> f64 {
         let (n, first) = (self.states, point * terms.count * self.states);
         let all = self.outputs.part(first, terms.count * n);
@@ -325,7 +327,7 @@ impl InTime<'_> {
         rows.fold(0.0, |sum, (monomial, row)| sum + monomial * along(row, away))
     }
 
-    /// What each state adds to a point.
+    /// Contribution of a unit of each state to a point.
     fn output(&self, point: usize, terms: &Terms) -> States<f64> {
         let mut row = [0.0; MAX_STATES];
         combine(self.outputs, point * terms.count * self.states, self.states, terms, &mut row);

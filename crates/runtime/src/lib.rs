@@ -1,8 +1,8 @@
 //! Reads and evaluates coldplate surrogate files where nothing else can run: no standard library,
 //! no allocation, no dependencies, no unsafe code.
 //!
-//! A surrogate answers, for one operating condition, what the temperatures at the measurement
-//! points are, how far they can be trusted, and whether the condition is acceptable.
+//! A surrogate gives, for one operating condition, the temperatures at the measurement points, their uncertainty, and
+//! whether the condition is acceptable.
 //!
 //! ```
 //! use coldplate_runtime::{Acceptability, Surrogate};
@@ -18,11 +18,10 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! [`Surrogate::open`] checks everything there is to check, so that what follows cannot fail: every
-//! length and index, every number finite, every transform legal on its range, the checksum, and
-//! the self-test vectors, which this very build must reproduce. The time it takes is proportional
-//! to the size of the file. Evaluation is deterministic: a fixed order of IEEE 754 additions and
-//! multiplications, the same on every platform.
+//! [`Surrogate::open`] checks everything that can be checked, so that later calls cannot fail: every length and index,
+//! every number finite, every transform legal on its range, the checksum, and the self-test vectors, which this very
+//! build must reproduce. The time it takes is proportional to the size of the file. Evaluation is deterministic: a
+//! fixed order of IEEE 754 additions and multiplications, equal on every platform.
 //!
 //! The bounds a file must keep are the `MAX_` constants of [`format`].
 #![no_std]

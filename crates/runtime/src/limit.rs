@@ -1,4 +1,4 @@
-//! What a limit bounds, and its value from those of the points and variables.
+//! The quantity that a limit bounds, and its value from the values of the points and variables.
 
 use core::borrow::Borrow;
 
@@ -11,14 +11,14 @@ pub enum LimitKind<P> {
         /// The point.
         point: usize,
     },
-    /// The value of a point minus that of a variable.
+    /// The value of a point minus the value of a variable.
     Rise {
         /// The point.
         point: usize,
         /// The variable.
         variable: usize,
     },
-    /// The value of the first point minus that of the second.
+    /// The value of the first point minus the value of the second.
     Difference {
         /// The first point.
         first: usize,
@@ -52,7 +52,7 @@ where
         }
     }
 
-    /// The points it looks at, in order.
+    /// The points of the limit, in order.
     pub fn points(&self) -> impl Iterator<Item = usize> {
         let (single, several) = match self {
             Self::Maximum { point } | Self::Rise { point, .. } => ([Some(*point), None], None),
@@ -62,12 +62,12 @@ where
         single.into_iter().flatten().chain(several.into_iter().flatten().map(|index| *index.borrow()))
     }
 
-    /// The variable a rise is taken over.
+    /// The variable of a rise.
     pub fn variable(&self) -> Option<usize> {
         if let Self::Rise { variable, .. } = self { Some(*variable) } else { None }
     }
 
-    /// The same with other indices of points and variables; `None` if one of them has none.
+    /// The limit with other indices of points and variables; `None` if one of them has no new index.
     pub fn renumbered<Q: FromIterator<usize>>(
         &self,
         point: impl Fn(usize) -> Option<usize>,

@@ -1,15 +1,18 @@
-//! Square root, logarithm and exponential, which `core` does not have.
+//! Square root, logarithm and exponential, which `core` does not provide.
 //!
-//! Each is a straight line of additions and multiplications without branches or tables, so that
-//! loops over them vectorise and every platform with IEEE 754 arithmetic gives the same bits.
-//! Errors, measured against the standard library in the tests below: under 1e-15 relative.
+//! Each is a straight line of additions and multiplications without branches or tables: loops over them vectorise, and
+//! every platform with IEEE 754 arithmetic gives equal bits. Errors, measured against the standard library in the tests
+//! below: under 1e-15 relative.
 
+/// Bits of the exponent of a double (IEEE 754).
 const EXPONENT: u64 = 0x7ff0_0000_0000_0000;
+/// Bits of 1.0.
 const ONE: u64 = 0x3ff0_0000_0000_0000;
 /// Bits of sqrt(1/2): mantissas are brought into [sqrt(1/2), sqrt(2)).
 const SQRT_HALF: u64 = 0x3fe6_a09e_667f_3bcd;
-/// ln 2 cut to 38 binary places, so that its product with an exponent is exact, and the rest.
+/// ln 2 (dimensionless) cut to 38 binary places, so that its product with an exponent is exact.
 const LN2_HIGH: f64 = 0.693_147_180_558_298_7;
+/// The rest of ln 2 behind [`LN2_HIGH`] (dimensionless).
 const LN2_LOW: f64 = 1.646_594_958_289_708_2e-12;
 /// 1.5 * 2^52: adding it leaves the nearest integer in the low bits of the sum.
 const ROUNDER: f64 = 6_755_399_441_055_744.0;
@@ -61,10 +64,13 @@ pub(crate) fn ln(x: f64) -> f64 {
     }
 }
 
-/// The Taylor series of exp, from its term of order 13 down to that of order 2, in pieces.
+/// Taylor coefficient of exp of order 13 (dimensionless).
 const EXP: f64 = 1.0 / 6_227_020_800.0;
+/// Taylor coefficients of exp of orders 12 to 9 (dimensionless).
 const EXP_12: [f64; 4] = [1.0 / 479_001_600.0, 1.0 / 39_916_800.0, 1.0 / 3_628_800.0, 1.0 / 362_880.0];
+/// Taylor coefficients of exp of orders 8 to 5 (dimensionless).
 const EXP_8: [f64; 4] = [1.0 / 40_320.0, 1.0 / 5_040.0, 1.0 / 720.0, 1.0 / 120.0];
+/// Taylor coefficients of exp of orders 4 to 2 (dimensionless).
 const EXP_4: [f64; 3] = [1.0 / 24.0, 1.0 / 6.0, 0.5];
 
 /// exp(-x) for x >= 0; zero beyond 708, where the result would leave the normal range.
@@ -74,8 +80,8 @@ pub(crate) fn exp_minus(x: f64) -> f64 {
     end_of_exp(horner(horner(EXP, r, EXP_12), r, EXP_8), r, power)
 }
 
-/// The same of many numbers, in their places. Each step of a series waits for the one before it, and a processor looks only so far
-/// ahead: it goes over the numbers in turns of few steps, so that it has several of them in hand.
+/// exp(-x) for many x >= 0, in place. Each step of a series waits for the one before it, and a processor looks only
+/// some way ahead. The function goes over the numbers in short passes, so that several numbers are in work at once.
 #[inline(always)]
 pub(crate) fn exp_minus_all(x: &mut [f64]) {
     for x in x.chunks_mut(TURN) {
@@ -89,7 +95,7 @@ pub(crate) fn exp_minus_all(x: &mut [f64]) {
     }
 }
 
-/// Numbers that are gone over in turns.
+/// Number of numbers per pass (count). Chosen: fits the nearest cache.
 const TURN: usize = 64;
 
 /// -x = k ln 2 + r with |r| <= ln 2 / 2: r, and 2 to the power of k. The Taylor series of exp r to r^13 leaves 4e-18.
@@ -115,7 +121,7 @@ fn end_of_exp(series: f64, r: f64, power: f64) -> f64 {
 /// sqrt x for x >= 0, zero and infinity included; anything else gives NaN or an unspecified number.
 #[inline(always)]
 pub(crate) fn sqrt(x: f64) -> f64 {
-    // Halving the exponent gives 1/sqrt(x) to 3.5 %; four Newton steps square that to rounding.
+    // Halving the exponent gives 1/sqrt(x) to 3.5 %; four Newton steps, each squaring the error, reduce it to rounding.
     let half = 0.5 * x;
     let mut y = f64::from_bits(0x5fe6_eb3b_e000_0000_u64.wrapping_sub(x.to_bits() >> 1));
     y *= 1.5 - half * y * y;
@@ -123,7 +129,7 @@ pub(crate) fn sqrt(x: f64) -> f64 {
     y *= 1.5 - half * y * y;
     y *= 1.5 - half * y * y;
     let root = x * y;
-    // One step on the root itself takes out the rounding that the steps on its reciprocal left.
+    // One step on the root itself removes the rounding of the steps on its reciprocal.
     let root = root + 0.5 * y * (x - root * root);
     if x > 1e300 { f64::INFINITY } else { root }
 }

@@ -1,10 +1,12 @@
-//! The normal distribution, and the chi-square distribution by way of it.
+//! The normal distribution, and the chi-square distribution through the normal one.
 
 use crate::math::{exp_minus, ln, sqrt};
 
-/// Half the width of the interval that holds 95 % of a normal distribution, in standard deviations.
+/// Half the width of the interval that holds 95 % of a normal distribution, in standard deviations: its 97.5 %
+/// quantile.
 pub const NINETY_FIVE: f64 = 1.959_963_984_540_054;
 
+/// Density of the standard normal distribution at zero (dimensionless): (2 pi)^(-1/2).
 const DENSITY_AT_ZERO: f64 = 0.398_942_280_401_432_7;
 
 /// Probability that a standard normal variable is at most `x`; NaN stays. Relative error in either tail under 1e-9, by the

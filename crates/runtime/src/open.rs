@@ -1,4 +1,4 @@
-//! Opening a file: every check there is, in time proportional to its size.
+//! Opening a file: all checks, in time proportional to its size.
 
 use core::fmt;
 
@@ -7,23 +7,23 @@ use crate::format::*;
 use crate::further::Further;
 use crate::surrogate::{Indices, Kernel, Scaling, Surrogate, Transform};
 
-/// Why a file was refused.
+/// Reason why a file was refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum OpenError {
-    /// It does not start as a surrogate file does.
+    /// The file does not begin like a surrogate file.
     NotASurrogate,
-    /// It has a version of the layout that this reader does not know.
+    /// The file has a version of the layout that this reader does not know.
     Version(u16),
-    /// Its length is not the one it states, or not the one its counts add up to.
+    /// The length of the file differs from the stated length, or from the sum of its counts.
     Length,
-    /// Its checksum does not match: it was damaged.
+    /// The checksum does not match: the file was damaged.
     Checksum,
     /// The count named is zero or over its bound.
     Count(&'static str),
     /// The record named does not point at the place where its data must lie.
     Place(&'static str),
-    /// The text named is empty, too long, not UTF-8, holds a control character, or is there twice.
+    /// The text named is empty, too long, not UTF-8, contains a control character, or occurs twice.
     Text(&'static str),
     /// The number named is not finite, or not of a legal sign or size.
     Number(&'static str),
@@ -31,11 +31,11 @@ pub enum OpenError {
     Range,
     /// A transform is unknown or illegal on the range of its variable.
     Transform,
-    /// The total degree of a term is over its bound, or the degree stated is not that of the terms.
+    /// The total degree of a term is over its bound, or differs from the stated degree.
     Degree,
     /// A kernel is unknown.
     Kernel,
-    /// The index named is out of range, or there twice.
+    /// The index named is out of range, or occurs twice.
     Index(&'static str),
     /// A point is in no polynomial, or a limit mixes units.
     Inconsistent(&'static str),
@@ -91,10 +91,10 @@ pub(crate) fn within(count: usize, least: usize, most: usize, what: &'static str
 }
 
 impl<'a> Surrogate<'a> {
-    /// Opens a surrogate file that lies in memory, at any alignment.
+    /// Opens a surrogate file in memory, at any alignment.
     ///
     /// # Errors
-    /// If anything about it is malformed; see [`OpenError`]. Never panics, whatever the bytes.
+    /// The file is malformed; see [`OpenError`]. Never panics, whatever the bytes.
     pub fn open(bytes: &'a [u8]) -> Result<Self, OpenError> {
         let surrogate = sections(bytes)?;
         let mut cursor = Cursor { numbers: 0, indices: 0, exponents: 0, text: 0 };
@@ -142,7 +142,7 @@ impl<'a> Surrogate<'a> {
     }
 
     fn check_limits(&self, cursor: &mut Cursor) -> Checked {
-        // The points a limit names are read here; that the list lies where it must is checked with the others.
+        // The points of a limit are read here; the place of the list is checked together with the others.
         for record in self.limits {
             let (start, length) = (u32_at(record, 0), u16_at(record, 4));
             cursor.text(start, length)?;
@@ -263,7 +263,7 @@ impl<'a> Surrogate<'a> {
         Ok(())
     }
 
-    /// A name, then a unit, which follow each other and the text before.
+    /// Checks a name and a unit, which follow each other and the text before.
     fn check_texts(&self, record: &[u8; SMALL_RECORD], cursor: &mut Cursor, [name, unit]: [&'static str; 2]) -> Checked {
         let (start, first, second) = (u32_at(record, 0), u16_at(record, 4), u16_at(record, 6));
         cursor.text(start, first + second)?;
@@ -396,8 +396,8 @@ pub(crate) fn check_name(name: &str, may_be_empty: bool) -> Result<(), ()> {
     if fits && !name.chars().any(char::is_control) { Ok(()) } else { Err(()) }
 }
 
-/// Where the next data of each kind must lie: everything is stored in one order, without gaps or
-/// overlaps, so that a file has exactly one meaning and every byte of it is used.
+/// Required places of the next data of each kind. Everything is stored in one order, without gaps or overlaps: a file
+/// has exactly one meaning and every byte of it is used.
 struct Cursor {
     numbers: usize,
     indices: usize,
@@ -436,7 +436,7 @@ impl Cursor {
 struct PointSet([u64; MAX_POINTS / 64]);
 
 impl PointSet {
-    /// Adds a point; false if it was in already, or cannot be.
+    /// Adds a point; false if the set contains it already, or cannot hold it.
     fn insert(&mut self, point: usize) -> bool {
         let Some(word) = self.0.get_mut(point / 64) else { return false };
         let fresh = *word & (1 << (point % 64)) == 0;

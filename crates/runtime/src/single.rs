@@ -1,7 +1,8 @@
-//! The machine over time in single precision, for processors that have no other: its numbers take half the room and half the time.
+//! The machine over time in single precision, for processors without double precision: its numbers take half the memory
+//! and half the time.
 //!
-//! States are moved and points are read in single precision. What depends on the condition alone, the few dozen terms of its
-//! polynomials and the steady values, is found in double precision and then rounded.
+//! States are moved and points are read in single precision. The parts that depend on the condition alone, the few
+//! dozen terms of its polynomials and the steady values, are computed in double precision and then rounded.
 
 use crate::evaluate::ShapeError;
 use crate::factors::{States, advance, dot};
@@ -9,12 +10,12 @@ use crate::format::{MAX_POINTS, MAX_SLOPE_TERMS, MAX_STATES};
 use crate::in_time::{InTime, State, StepError, Terms};
 use crate::surrogate::Surrogate;
 
-/// A surrogate's machine over time, its numbers rounded to single precision into a place of the caller's.
+/// The machine over time of a surrogate, with numbers rounded to single precision in memory of the caller.
 #[derive(Debug, Clone, Copy)]
 pub struct Single<'s, 'a> {
     surrogate: &'s Surrogate<'a>,
     own: &'s InTime<'a>,
-    /// Coefficients of the steady states, of the rates and of the outputs, then how far each state reaches.
+    /// Coefficients of the steady states, of the rates and of the outputs, then the reach of each state.
     numbers: &'s [f32],
 }
 
@@ -22,7 +23,7 @@ pub struct Single<'s, 'a> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SingleState {
     values: [f32; MAX_STATES],
-    /// The step that the last one came to, s; zero at the beginning.
+    /// Length of the last internal step, s; zero at the beginning.
     length: f32,
 }
 
@@ -51,7 +52,7 @@ impl From<Terms> for Rounded {
 }
 
 impl InTime<'_> {
-    /// How many numbers [`Surrogate::single`] rounds.
+    /// Number of numbers that [`Surrogate::single`] rounds.
     #[must_use]
     pub fn single_len(&self) -> usize {
         self.steady_coefficients.len() + self.rates.len() + self.outputs.len() + self.reach.len()
@@ -59,10 +60,10 @@ impl InTime<'_> {
 }
 
 impl<'a> Surrogate<'a> {
-    /// The machine over time in single precision; `numbers` is the place for [`InTime::single_len`] of them.
+    /// The machine over time in single precision; `numbers` is memory for [`InTime::single_len`] of them.
     ///
     /// # Errors
-    /// The file knows steady states only; a place of another size.
+    /// The file holds steady states only; memory of another size.
     pub fn single<'s>(&'s self, numbers: &'s mut [f32]) -> Result<Single<'s, 'a>, StepError> {
         let own = self.in_time.as_ref().ok_or(StepError::NotInTime)?;
         if numbers.len() != own.single_len() {
@@ -75,10 +76,10 @@ impl<'a> Surrogate<'a> {
 }
 
 impl Single<'_, '_> {
-    /// Moves a state by `duration` seconds at condition `x`, which holds all that time.
+    /// Moves a state by `duration` seconds at the constant condition `x`.
     ///
     /// # Errors
-    /// As [`Surrogate::step`].
+    /// Errors of [`Surrogate::step`].
     pub fn step(&self, state: &mut SingleState, duration: f32, x: &[f64]) -> Result<(), StepError> {
         let own = self.surrogate.moving(x)?;
         if !(duration >= 0.0 && duration.is_finite()) {
@@ -101,10 +102,10 @@ impl Single<'_, '_> {
         Ok(())
     }
 
-    /// What the points read in a state at condition `x`.
+    /// Readings of the points in a state at condition `x`.
     ///
     /// # Errors
-    /// As [`Surrogate::read`].
+    /// Errors of [`Surrogate::read`].
     pub fn read(&self, state: &SingleState, x: &[f64], values: &mut [f32]) -> Result<(), StepError> {
         let own = self.surrogate.moving(x)?;
         let mut buffer = [0.0; MAX_POINTS];
@@ -162,7 +163,7 @@ mod tests {
     const FILE: &[u8] = include_bytes!("../fixtures/bench-moving.cps");
     /// Numbers of the file in single precision, at most.
     const ROOM: usize = 8192;
-    /// What single precision leaves open: temperatures of some 300 in their unit have seven digits.
+    /// Error of single precision (in the points' unit): values of some 300 have seven digits.
     const OPEN: f64 = 2e-4;
 
     /// Steps from a millisecond to days at conditions all over the range.

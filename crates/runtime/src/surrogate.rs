@@ -29,7 +29,7 @@ pub struct Surrogate<'a> {
     pub(crate) uncertainty: Option<Uncertainty<'a>>,
     pub(crate) followed: &'a [u8],
     pub(crate) in_time: Option<InTime<'a>>,
-    /// Per transform and variable; `None` where no model asks for it.
+    /// Scaling per transform and variable; `None` if no model uses it.
     pub(crate) scaling: [[Option<Scaling>; MAX_VARIABLES]; 3],
 }
 
@@ -44,14 +44,14 @@ pub struct Scaling {
     pub offset: f64,
 }
 
-/// A condition inside the fitted range, and what every build of every reader must find there.
+/// A condition inside the fitted range, and the values that every build of every reader must find there.
 #[derive(Debug, Clone, Copy)]
 pub struct SelfTest<'a> {
     /// One value per variable.
     pub condition: Numbers<'a>,
     /// One value per point.
     pub values: Numbers<'a>,
-    /// The standard deviation of each value, where the file says what its answers leave open; empty elsewhere.
+    /// The standard deviation of each value, if the file states the uncertainty of its answers; otherwise empty.
     pub deviations: Numbers<'a>,
 }
 
@@ -60,11 +60,11 @@ pub struct SelfTest<'a> {
 pub struct Variable<'a> {
     /// Name, for example `coolant_flow`.
     pub name: &'a str,
-    /// Unit of the values it takes.
+    /// Unit of the variable's values.
     pub unit: &'a str,
-    /// Smallest value the surrogate was fitted on.
+    /// Lower end of the fitted range.
     pub low: f64,
-    /// Largest value the surrogate was fitted on; equal to `low` for a variable that was held fixed.
+    /// Upper end of the fitted range; equal to `low` for a variable that was held fixed.
     pub high: f64,
 }
 
@@ -125,7 +125,7 @@ impl<'a> IntoIterator for &Indices<'a> {
     }
 }
 
-/// How a variable enters, before it is scaled to [-1, 1] over its range.
+/// Transform of a variable, before it is scaled to [-1, 1] over its range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Transform {
     /// g(x) = x
@@ -182,30 +182,29 @@ impl Kernel {
     }
 }
 
-/// Polynomials of one or more points over the same terms. For a point with a radial part this is
-/// its tail.
+/// Polynomials of one or more points over common terms. For a point with a radial part it is the polynomial tail.
 #[derive(Debug, Clone, Copy)]
 pub struct Polynomial<'a> {
     pub(crate) transforms: &'a [u8],
     /// The points.
     pub points: Indices<'a>,
-    /// Term by term, two exponents per byte: that of an even variable in the lower four bits.
+    /// Term by term, two exponents per byte: the exponent of an even variable in the lower four bits.
     pub(crate) exponents: &'a [u8],
     /// Term by term, one coefficient per point.
     pub(crate) coefficients: Numbers<'a>,
-    /// How many terms.
+    /// Number of terms.
     pub terms: usize,
     /// Largest total degree of a term.
     pub(crate) degree: usize,
 }
 
 impl<'a> Polynomial<'a> {
-    /// Terms alone: of no points.
+    /// A polynomial without points, for its terms alone.
     pub(crate) fn of_terms(transforms: &'a [u8], exponents: &'a [u8], terms: usize, degree: usize) -> Self {
         Self { transforms, points: Indices(&[]), exponents, coefficients: Numbers(&[]), terms, degree }
     }
 
-    /// Exponent of a variable in a term; zero where there is no such term or variable.
+    /// Exponent of a variable in a term; zero if the term or variable does not exist.
     #[must_use]
     pub fn exponent(&self, term: usize, variable: usize) -> u8 {
         if term >= self.terms {
@@ -216,13 +215,13 @@ impl<'a> Polynomial<'a> {
         pair.map_or(0, |pair| pair >> (4 * (variable % 2)) & 15)
     }
 
-    /// Coefficient of a term for the point at place `column` of `points`; zero where there is none.
+    /// Coefficient of a term for the point at place `column` of `points`; zero if there is none.
     #[must_use]
     pub fn coefficient(&self, term: usize, column: usize) -> f64 {
         entry(self.coefficients, term, self.points, column)
     }
 
-    /// How variable `index` enters.
+    /// Transform of variable `index`.
     #[must_use]
     pub fn transform(&self, index: usize) -> Transform {
         transform(self.transforms, index)
@@ -239,7 +238,7 @@ pub struct Basis<'a> {
     pub scales: Numbers<'a>,
     /// Coordinates in scaled variables: all centres for the first variable, then for the second.
     pub(crate) centres: Numbers<'a>,
-    /// How many centres.
+    /// Number of centres.
     pub count: usize,
     /// The points.
     pub points: Indices<'a>,
@@ -248,19 +247,19 @@ pub struct Basis<'a> {
 }
 
 impl Basis<'_> {
-    /// Coordinate of a centre along a scaled variable; zero where there is none.
+    /// Coordinate of a centre along a scaled variable; zero if there is none.
     #[must_use]
     pub fn coordinate(&self, centre: usize, variable: usize) -> f64 {
         if centre < self.count { self.centres.at(variable * self.count + centre) } else { 0.0 }
     }
 
-    /// Weight of a centre for the point at place `column` of `points`; zero where there is none.
+    /// Weight of a centre for the point at place `column` of `points`; zero if there is none.
     #[must_use]
     pub fn weight(&self, centre: usize, column: usize) -> f64 {
         entry(self.weights, centre, self.points, column)
     }
 
-    /// How variable `index` enters.
+    /// Transform of variable `index`.
     #[must_use]
     pub fn transform(&self, index: usize) -> Transform {
         transform(self.transforms, index)
@@ -277,19 +276,19 @@ fn transform(codes: &[u8], index: usize) -> Transform {
 }
 
 impl<'a> Surrogate<'a> {
-    /// How many condition variables.
+    /// Number of condition variables.
     #[must_use]
     pub fn variable_count(&self) -> usize {
         self.variables.len()
     }
 
-    /// How many measurement points.
+    /// Number of measurement points.
     #[must_use]
     pub fn point_count(&self) -> usize {
         self.points.len()
     }
 
-    /// How many limits.
+    /// Number of limits.
     #[must_use]
     pub fn limit_count(&self) -> usize {
         self.limits.len()
@@ -344,17 +343,17 @@ impl<'a> Surrogate<'a> {
         (0..self.variables.len()).filter_map(|i| self.variable(i))
     }
 
-    /// How the answers follow held variables, as the bytes of the file; empty where it says nothing of it. The main crate makes the
-    /// file of the same machine with another value of one of them out of it.
+    /// Dependence of the answers on held variables, as the bytes of the file; empty if the file has none. The main
+    /// crate uses them to make the file for another value of a held variable.
     #[must_use]
     pub fn followed(&self) -> &'a [u8] {
         self.followed
     }
 
-    /// The variables that were held while the surrogate was made. They are no part of a condition; what is asked about
+    /// The variables that were held while the surrogate was made. They are no part of a condition; a question about
     /// another value of one of them lies outside the fitted range.
     ///
-    /// Files of version 1 have no section for them; what their writer noted in the provenance is taken instead.
+    /// Files of version 1 have no section for them; their provenance is used instead, in which the writer noted them.
     pub fn held(&self) -> impl Iterator<Item = Held<'a>> + '_ {
         let noted = self.provenance().filter(|_| self.version == 1).filter_map(|(key, text)| {
             let (number, unit) = text.split_once(' ').unwrap_or((text, ""));
@@ -396,13 +395,13 @@ impl<'a> Surrogate<'a> {
         self.bases.iter().map(|record| self.basis(record))
     }
 
-    /// How variable `index` is scaled under a transform; `None` where no model lets it enter so.
+    /// Scaling of variable `index` under a transform; `None` if no model uses it.
     #[must_use]
     pub fn scaling(&self, transform: Transform, index: usize) -> Option<Scaling> {
         self.scaling[transform as usize].get(index).copied().flatten()
     }
 
-    /// The self-test vectors, which opening has reproduced.
+    /// The self-test vectors, which opening the file has reproduced.
     pub fn self_tests(&self) -> impl Iterator<Item = SelfTest<'a>> + '_ {
         let (variables, points) = (self.variables.len(), self.points.len());
         let start = self.numbers.len().saturating_sub(self.self_tests * (variables + points));

@@ -1,4 +1,4 @@
-//! Several limits kept together.
+//! The probability that several limits are kept together.
 
 use crate::assess::{Chance, LimitChance};
 use crate::bound::Breaking;
@@ -7,15 +7,17 @@ use crate::normal::{density, probability_below};
 use crate::surrogate::Surrogate;
 use crate::verdict::{Acceptability, judged};
 
-/// Limits whose dependence on each other is followed; of more, those that are most likely broken.
+/// Largest number of limits whose dependence is followed (count): of more, those most likely broken. Chosen: the time
+/// grows with the square of the number, the loss is an upper bound added in full.
 pub(crate) const MOST_LIMITS: usize = 8;
-/// Probability below which a limit that may be broken needs no company.
+/// Probability of being broken below which the dependence of a limit on others is ignored. Chosen: far below one minus
+/// any confidence in use.
 const NEGLIGIBLE: f64 = 1e-12;
-/// Correlation from which on two limits are of one quantity.
+/// Correlation (dimensionless) from which on two limits count as limits of one quantity. Chosen: one but for rounding.
 pub(crate) const SAME: f64 = 1.0 - 1e-9;
 
 impl Surrogate<'_> {
-    /// The verdict on all limits together, from each of them and from the covariance of two.
+    /// The verdict on all limits together, from the probability of each and the covariance of pairs.
     pub(crate) fn judge_together(
         &self,
         x: &[f64],
@@ -25,7 +27,7 @@ impl Surrogate<'_> {
     ) -> Chance {
         let in_domain = self.in_domain(x);
         let mut chance = Chance { state: Acceptability::Uncertain, in_domain, probability: f64::NAN, binding: None };
-        // The limits most likely broken, the most likely first; what the others may add counts in full.
+        // The limits most likely broken, the most likely first; the probabilities of the others are added in full.
         let mut worst = [Critical::NONE; MOST_LIMITS];
         let (mut count, mut broken_elsewhere) = (0, 0.0);
         for index in 0..self.limits.len() {
@@ -45,7 +47,7 @@ impl Surrogate<'_> {
         if count == 0 {
             return chance;
         }
-        // What is as good as never broken depends on nothing.
+        // A limit that is practically never broken needs no correlation.
         let doubtful = worst[..count].iter().skip(1).take_while(|own| own.broken > NEGLIGIBLE).count() + 1;
         let worst = &worst[..doubtful.min(count)];
         let mut correlation = [[0.0; MOST_LIMITS]; MOST_LIMITS];
@@ -78,19 +80,24 @@ struct Critical {
 }
 
 impl Critical {
+    /// No limit.
     const NONE: Self = Self { index: usize::MAX, slack: f64::INFINITY, broken: 0.0, variance: 0.0 };
 }
 
-/// Margin over its standard deviation beyond which more of it changes nothing.
+/// Ratio of a margin to its standard deviation (dimensionless) beyond which a larger margin changes nothing: the tail
+/// beyond 40 standard deviations underflows.
 const FAR: f64 = 40.0;
-/// Limits of which the bound is exact.
+/// Largest number of limits for which the bound is exact (count); see [`Breaking::least_kept`].
 const FEW: usize = 3;
-/// Where the bound is below the first, the estimate counts in full, and above the second not at all.
+/// Bound (probability) up to which the estimate counts in full. Chosen; the tests below hold the error on cases of many
+/// kinds.
 const UNLIKELY: f64 = 0.7;
+/// Bound (probability) from which on the bound alone counts. Chosen; the tests below hold the error on cases of many
+/// kinds.
 const LIKELY: f64 = 0.9;
 
-/// Probability that all of some limits are kept: a bound that is never too large, so that "acceptable" is not said too early.
-/// Of more than three limits it is loose where it is far below one: there an estimate that is closer takes over.
+/// Probability that all of some limits are kept. The result is a lower bound, so that "acceptable" is not said too
+/// early. For more than three limits the bound is loose when far below one: there a closer estimate takes over.
 fn all_kept(limits: &[Critical], correlation: [[f64; MOST_LIMITS]; MOST_LIMITS]) -> f64 {
     let (mut bound, mut broken) = ([0.0; MOST_LIMITS], [0.0; MOST_LIMITS]);
     for (i, limit) in limits.iter().enumerate() {
@@ -105,8 +112,8 @@ fn all_kept(limits: &[Critical], correlation: [[f64; MOST_LIMITS]; MOST_LIMITS])
     least + if more > 0.0 { more * f64::min(1.0, (LIKELY - least) / (LIKELY - UNLIKELY)) } else { 0.0 }
 }
 
-/// About the probability that all of some limits are kept: one after the other, each given those before, as if what is left
-/// stayed normal (Mendell and Elston 1974).
+/// Estimate of the probability that all of some limits are kept: one limit after the other, each given the ones before,
+/// as if the remaining distribution stayed normal (Mendell and Elston 1974).
 fn one_by_one(limits: &[Critical], mut correlation: [[f64; MOST_LIMITS]; MOST_LIMITS]) -> f64 {
     let mut slack = [0.0; MOST_LIMITS];
     slack.iter_mut().zip(limits).for_each(|(slack, limit)| *slack = limit.slack);
@@ -120,13 +127,13 @@ fn one_by_one(limits: &[Critical], mut correlation: [[f64; MOST_LIMITS]; MOST_LI
         if own < 1e-300 {
             return 0.0;
         }
-        // Mean and loss of variance of a normal variable that is cut off above its slack.
+        // Mean, and loss of variance, of a normal variable cut off above its slack.
         let a = density(slack[i]) / own;
         let loss = a * (a + slack[i]);
         for j in i + 1..limits.len() {
             let r = correlation[i][j];
             if r > SAME {
-                // The same quantity with more room: kept where this one is.
+                // A limit of one quantity with a larger margin is kept whenever this one is.
                 slack[j] = f64::INFINITY;
                 continue;
             }
@@ -175,7 +182,8 @@ mod tests {
         all_kept(&limits, r)
     }
 
-    /// Largest errors, too low and too high, at slacks and correlations of many kinds, by where the truth is.
+    /// Largest errors, too low and too high, at slacks and correlations of many kinds, by ranges of the true
+    /// probability.
     fn errors(count: usize, ranges: [f64; 2]) -> [(f64, f64); 3] {
         let mut errors = [(0.0_f64, 0.0_f64); 3];
         for r in [0.0, 0.3, 0.6, 0.9, 0.99, 0.999] {
@@ -238,7 +246,7 @@ mod tests {
                 assert!((kept - probability_below(slack)).abs() < 1e-12, "{slack} {count}: {kept}");
             }
         }
-        // Nor one that cannot be broken, nor two that exclude each other.
+        // A limit that cannot be broken does not count, nor do two that exclude each other.
         assert!((found(&[1.0, 1.0, 50.0], |_, _| 0.0) - probability_below(1.0).powi(2)).abs() < 1e-12);
         assert!((found(&[1.0, 1.0], |_, _| -1.0) - (2.0 * probability_below(1.0) - 1.0)).abs() < 1e-12);
         assert_eq!(found(&[f64::INFINITY, 1e300, 1e300, -1e300], |_, _| 0.0), 0.0);

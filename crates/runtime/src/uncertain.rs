@@ -1,9 +1,9 @@
-//! What a surrogate's answers leave open: its uncertain parameters, the slopes of every point with respect to them, and what
-//! the model misses.
+//! Uncertainty of a surrogate's answers: its uncertain parameters, the slopes of every point with respect to them, and
+//! the model error.
 //!
-//! All of it is said in *states*, which are standard normal as long as nothing is known of them: one per parameter, one per
-//! point (what the model misses there alone), and one for what it misses at all points together. The value of point i at
-//! condition x is
+//! All uncertainty is expressed in *states*, which are standard normal before anything is learnt: one per parameter,
+//! one per point (the model error there alone), and one for the model error common to all points. The value of point i
+//! at condition x is
 //!
 //! ```text
 //! f_i(x) + sum over parameters k of  J_ik(x) z_k  +  own_i b_i  +  common_i s
@@ -17,14 +17,15 @@ use crate::format::{MAX_PARAMETERS, MAX_SLOPE_TERMS, MAX_VARIABLES, MEDIUM_RECOR
 use crate::math::{exp_minus, ln, sqrt};
 use crate::surrogate::{Polynomial, Surrogate, Transform};
 
-/// How a parameter's value follows from its standardised deviation z.
+/// Relation between a parameter's value and its standardised deviation z.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scale {
     /// value = nominal + deviation z
     Linear,
     /// value = nominal exp(deviation z / nominal)
     Log,
-    /// value = nominal / (1 - deviation z / nominal): what acts as a resistance, as contacts and films do
+    /// value = nominal / (1 - deviation z / nominal), for parameters that act as a resistance, such as contacts and
+    /// films
     Reciprocal,
 }
 
@@ -39,38 +40,38 @@ impl Scale {
     }
 }
 
-/// Where the uncertainty of a parameter was taken from.
+/// Source of the uncertainty of a parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Origin {
     /// The machine file states it.
     Stated,
-    /// Nothing was stated: what every such model leaves open.
+    /// Nothing was stated: the uncertainty usual for parameters of this kind.
     Assumed,
 }
 
 /// An uncertain parameter of the machine.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Parameter<'a> {
-    /// Its key in the machine file, or the name of a factor that several share.
+    /// Key of the parameter in the machine file, or the name of a factor that several share.
     pub name: &'a str,
-    /// Unit of its values.
+    /// Unit of the parameter's values.
     pub unit: &'a str,
     /// The value the surrogate was made with.
     pub nominal: f64,
-    /// Its standard deviation, to first order.
+    /// Standard deviation of the parameter, to first order.
     pub deviation: f64,
     /// Smallest value that may be stated for it.
     pub low: f64,
     /// Largest value that may be stated for it.
     pub high: f64,
-    /// How it enters.
+    /// Relation between value and standardised deviation.
     pub scale: Scale,
-    /// Where its deviation is from.
+    /// Source of the standard deviation.
     pub origin: Origin,
 }
 
 impl Parameter<'_> {
-    /// The standardised deviation z at which it has this value; not finite for values it cannot have.
+    /// The standardised deviation z at which the parameter has this value; not finite for impossible values.
     #[must_use]
     pub fn standardised(&self, value: f64) -> f64 {
         let share = self.deviation / self.nominal;
@@ -81,7 +82,7 @@ impl Parameter<'_> {
         }
     }
 
-    /// Its value at a standardised deviation.
+    /// The parameter's value at a standardised deviation.
     #[must_use]
     pub fn value(&self, z: f64) -> f64 {
         let change = self.deviation / self.nominal * z;
@@ -93,20 +94,21 @@ impl Parameter<'_> {
     }
 }
 
-/// The section of a file that says what its answers leave open.
+/// The section of a file on the uncertainty of its answers.
 #[derive(Debug, Clone, Copy)]
 pub struct Uncertainty<'a> {
     pub(crate) records: &'a [[u8; MEDIUM_RECORD]],
     pub(crate) text: &'a str,
     /// Nominal value, deviation, low and high of each parameter.
     pub(crate) values: Numbers<'a>,
-    /// What the model misses at each point: of its own and in common with the others, as standard deviations.
+    /// Model error at each point: alone and in common with the others, as standard deviations.
     pub(crate) misses: Numbers<'a>,
-    /// Standard deviation that is added per unit of distance from the measured conditions, as a share of the above.
+    /// Growth of the model error per unit of distance from the measured conditions (share of `misses`).
     pub(crate) growth: f64,
     /// Conditions at which the model was compared with measurements, in the variables' units.
     pub(crate) measured: Numbers<'a>,
-    /// Mean of every state and packed lower triangle of their covariance; empty where nothing is known of them.
+    /// Mean of every state and packed lower triangle of their covariance; empty if the states have their prior
+    /// distribution.
     pub(crate) mean: Numbers<'a>,
     pub(crate) covariance: Numbers<'a>,
     pub(crate) transforms: &'a [u8],
@@ -122,7 +124,7 @@ pub struct Uncertainty<'a> {
 }
 
 impl<'a> Uncertainty<'a> {
-    /// How many uncertain parameters.
+    /// Number of uncertain parameters.
     #[must_use]
     pub fn parameter_count(&self) -> usize {
         self.records.len()
@@ -152,38 +154,38 @@ impl<'a> Uncertainty<'a> {
         (0..self.records.len()).filter_map(|i| self.parameter(i))
     }
 
-    /// How many points the slopes are of.
+    /// Number of points of the slopes.
     #[must_use]
     pub fn point_count(&self) -> usize {
         self.points
     }
 
-    /// How many variables the slopes are functions of.
+    /// Number of variables of the slopes.
     #[must_use]
     pub fn variable_count(&self) -> usize {
         self.variables
     }
 
-    /// How many terms the slopes have.
+    /// Number of terms of the slopes.
     #[must_use]
     pub fn terms(&self) -> usize {
         self.terms
     }
 
-    /// Exponent of a variable in a term of the slopes; zero where there is no such term or variable.
+    /// Exponent of a variable in a term of the slopes; zero if the term or variable does not exist.
     #[must_use]
     pub fn exponent(&self, term: usize, variable: usize) -> u8 {
         self.polynomial().exponent(term, variable)
     }
 
-    /// How variable `index` enters the slopes.
+    /// Transform of variable `index` in the slopes.
     #[must_use]
     pub fn transform(&self, index: usize) -> Transform {
         self.polynomial().transform(index)
     }
 
-    /// Coefficient of a term of a point's slope along a parameter, in the point's unit per standard deviation; zero where there is
-    /// none.
+    /// Coefficient of a term of a point's slope along a parameter, in the point's unit per standard deviation; zero if
+    /// there is none.
     #[must_use]
     pub fn slope_coefficient(&self, point: usize, term: usize, parameter: usize) -> f64 {
         let parameters = self.records.len();
@@ -191,7 +193,8 @@ impl<'a> Uncertainty<'a> {
         if exists { self.slopes.at((point * self.terms + term) * parameters + parameter) } else { 0.0 }
     }
 
-    /// How much more the model misses per half of a fitted range away from the mean of the measured conditions, as a share.
+    /// Relative growth of the model error per half of a fitted range away from the mean of the measured conditions
+    /// (share).
     #[must_use]
     pub fn growth(&self) -> f64 {
         self.growth
@@ -202,8 +205,7 @@ impl<'a> Uncertainty<'a> {
         (0..self.measured.len() / self.variables.max(1)).map(|i| self.measured.part(i * self.variables, self.variables))
     }
 
-    /// Mean of the states and packed lower triangle of their covariance, where anything is known of them beyond their standard
-    /// deviations.
+    /// Mean of the states and packed lower triangle of their covariance, if they differ from the prior distribution.
     #[must_use]
     pub fn known(&self) -> Option<(Numbers<'a>, Numbers<'a>)> {
         if self.mean.is_empty() { None } else { Some((self.mean, self.covariance)) }
@@ -213,25 +215,25 @@ impl<'a> Uncertainty<'a> {
         Polynomial::of_terms(self.transforms, self.exponents, self.terms, self.degree)
     }
 
-    /// Coefficient of a term in what the mean of the parameters adds to a point.
+    /// Coefficient of a term in the contribution of the parameters' mean to a point.
     pub(crate) fn shift(&self, point: usize, term: usize) -> f64 {
         (0..self.records.len()).map(|k| self.slope_coefficient(point, term, k) * self.mean.at(k)).sum()
     }
 
-    /// How many states there are: one per parameter, one per point, one for all points.
+    /// Number of states: one per parameter, one per point, one for all points.
     #[must_use]
     pub fn states(&self) -> usize {
         self.records.len() + self.points + 1
     }
 
-    /// How many entries the packed covariance of the states has.
+    /// Number of entries of the packed covariance of the states.
     #[must_use]
     pub fn covariances(&self) -> usize {
         packed(self.states(), 0)
     }
 
-    /// How far a condition is from the mean of those that were measured, in halves of the fitted ranges; zero where no measured
-    /// condition is known.
+    /// Distance of a condition from the mean of the measured conditions, in halves of the fitted ranges; zero if no
+    /// measured condition is known.
     pub(crate) fn distance(&self, surrogate: &Surrogate<'_>, x: &[f64]) -> f64 {
         let rows = self.measured.len() / self.variables.max(1);
         if rows == 0 {
@@ -271,8 +273,8 @@ impl<'a> Uncertainty<'a> {
         }
     }
 
-    /// What the model misses at a point, of its own and in common with all points: standard deviations in the point's unit; zero
-    /// where there is no such point.
+    /// Model error at a point, alone and in common with all points: standard deviations in the point's unit; zero if
+    /// the point does not exist.
     #[must_use]
     pub fn missed(&self, point: usize) -> (f64, f64) {
         (self.misses.at(2 * point), self.misses.at(2 * point + 1))
@@ -285,7 +287,7 @@ pub(crate) struct Monomials {
     count: usize,
 }
 
-/// Place of the entry (i, j), j at most i, in a packed lower triangle.
+/// Index of the entry (i, j), j at most i, in a packed lower triangle.
 pub(crate) fn packed(i: usize, j: usize) -> usize {
     i * (i + 1) / 2 + j
 }

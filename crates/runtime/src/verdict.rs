@@ -7,10 +7,10 @@ use crate::format::{MAX_POINTS, MEDIUM_RECORD};
 use crate::limit::LimitKind;
 use crate::surrogate::{Indices, Surrogate};
 
-/// Probability with which a verdict is said where none is asked for.
+/// Probability for a verdict if the caller states none (dimensionless). Chosen: the usual confidence.
 pub const CONFIDENCE: f64 = 0.95;
 
-/// Whether a condition, or one limit at it, is acceptable; the numbers are in the order of severity.
+/// Whether a condition, or one limit at it, is acceptable; the numbers ascend with severity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Acceptability {
     /// Every limit is kept even at the upper end of its band.
@@ -26,9 +26,9 @@ pub enum Acceptability {
 pub struct LimitValue {
     /// The limited quantity.
     pub value: f64,
-    /// Lower end of its band.
+    /// Lower end of the quantity's band.
     pub low: f64,
-    /// Upper end of its band.
+    /// Upper end of the quantity's band.
     pub high: f64,
     /// The largest value allowed.
     pub maximum: f64,
@@ -45,12 +45,12 @@ pub struct Verdict {
     pub state: Acceptability,
     /// True if every variable lies within its fitted range.
     pub in_domain: bool,
-    /// The limit that decides: among the limits in the worst state, the one with the smallest
-    /// margin. `None` without limits.
+    /// The deciding limit: among the limits in the worst state, the one with the smallest margin. `None` without
+    /// limits.
     pub binding: Option<usize>,
-    /// Value of the binding limit; NaN without one, or where the models give no number.
+    /// Value of the binding limit; NaN without one, or if the models give no number.
     pub value: f64,
-    /// Margin of the binding limit; NaN as the value.
+    /// Margin of the binding limit; NaN if its value is NaN.
     pub margin: f64,
 }
 
@@ -65,11 +65,10 @@ impl Surrogate<'_> {
 
     /// The verdict at condition `x`, in the variables' units.
     ///
-    /// Acceptable if every limit is kept at the upper end of its band; not acceptable if one is
-    /// broken at the lower end of its band; uncertain otherwise, and always outside the fitted
-    /// range, for values that are no numbers, for a wrong number of values, and without limits.
-    /// Where the file says what its answers leave open, acceptable and not acceptable are said with
-    /// a probability of 95 %; [`Surrogate::assess`] takes another one.
+    /// Acceptable if every limit is kept at the upper end of its band; not acceptable if one is broken at the lower end
+    /// of its band; uncertain otherwise, and always outside the fitted range, for values that are no numbers, for a
+    /// wrong number of values, and without limits. If the file states the uncertainty of its answers, acceptable and
+    /// not acceptable hold with a probability of 95 %; [`Surrogate::assess`] takes another probability.
     #[must_use]
     pub fn verdict(&self, x: &[f64]) -> Verdict {
         let mut buffer = [0.0; MAX_POINTS];
@@ -86,7 +85,7 @@ impl Surrogate<'_> {
     /// Values of all points and the verdict at condition `x`, in one evaluation.
     ///
     /// # Errors
-    /// If `x` does not have one value per variable, or `values` one place per point.
+    /// `x` does not have one value per variable, or `values` does not have one place per point.
     pub fn query(&self, x: &[f64], values: &mut [f64]) -> Result<Verdict, ShapeError> {
         if self.uncertainty.is_some() {
             let chance = self.judge(x, None, CONFIDENCE, values, None)?;
@@ -120,14 +119,14 @@ impl Surrogate<'_> {
         Ok(verdict)
     }
 
-    /// Limit `index` at condition `x`, given the points' values there; `None` if there is no such
-    /// limit. Its value is NaN if the slices are too short for it.
+    /// Limit `index` at condition `x`, given the points' values there; `None` if the limit does not exist. Its value is
+    /// NaN if the slices are too short for it.
     ///
-    /// Where the file says what its answers leave open, `values` are those that [`Surrogate::bands`] or [`Surrogate::query`] finds,
-    /// and the band holds the limited quantity with a probability of 95 %. Otherwise
-    /// the band of a maximum or a rise is the point's, that of a difference the sum of both points'.
-    /// The upper end of a spread is the largest difference of any two of its points with both
-    /// bands against it, and the lower end that with both bands in its favour.
+    /// If the file states the uncertainty of its answers, `values` must come from [`Surrogate::bands`] or
+    /// [`Surrogate::query`], and the band holds the limited quantity with a probability of 95 %. Otherwise the band of
+    /// a maximum or a rise is the point's band, and the band of a difference is the sum of both points' bands. The
+    /// upper end of a spread is the largest difference of any two of its points with both bands against it; the lower
+    /// end has both bands in its favour.
     #[must_use]
     pub fn limit_value(&self, index: usize, x: &[f64], values: &[f64]) -> Option<LimitValue> {
         if self.uncertainty.is_some() {
@@ -141,7 +140,7 @@ impl Surrogate<'_> {
         Some(LimitValue { value, low, high, maximum, margin: maximum - value, state: judge(low, high, maximum) })
     }
 
-    /// The limited quantity and the ends of its band; NaN where `x` or `values` is too short.
+    /// The limited quantity and the ends of its band; NaN if `x` or `values` is too short.
     #[inline(always)]
     fn limited(&self, record: &[u8; MEDIUM_RECORD], x: &[f64], values: &[f64], widths: Numbers<'_>) -> (f64, f64, f64) {
         let of = |list: &[f64], index: usize| list.get(index).copied().unwrap_or(f64::NAN);
@@ -157,7 +156,7 @@ impl Surrogate<'_> {
     }
 }
 
-/// Value and band of a spread, in one pass over its points: the value is that of [`LimitKind::value`].
+/// Value and band of a spread, in one pass over its points: the value of [`LimitKind::value`].
 fn spread(points: Indices<'_>, values: &[f64], widths: Numbers<'_>) -> (f64, f64, f64) {
     let (mut largest, mut smallest) = (f64::NEG_INFINITY, f64::INFINITY);
     let (mut largest_low, mut smallest_low) = (f64::NEG_INFINITY, f64::INFINITY);
@@ -213,7 +212,7 @@ fn lesser(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
 }
 
-/// Verdict on what is kept with a probability; a probability that is no number leaves it uncertain.
+/// Verdict from the probability that the limits are kept; uncertain for a probability that is no number.
 pub(crate) fn judged(probability: f64, confidence: f64) -> Acceptability {
     if probability >= confidence {
         Acceptability::Acceptable
@@ -224,8 +223,8 @@ pub(crate) fn judged(probability: f64, confidence: f64) -> Acceptability {
     }
 }
 
-/// Verdict of one limit. Comparisons with NaN are false and leave it uncertain, and a value that has
-/// overflown is never acceptable.
+/// Verdict of one limit. Comparisons with NaN are false and make it uncertain; a value that has overflown is never
+/// acceptable.
 #[inline(always)]
 fn judge(low: f64, high: f64, maximum: f64) -> Acceptability {
     if high <= maximum && low > f64::NEG_INFINITY {

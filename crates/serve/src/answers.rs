@@ -1,38 +1,39 @@
-//! What the service asks of those who know the answers.
+//! Interface between the service and the owner of the answers.
 
 use serde_json::{Map, Value};
 
-/// Surrogates under names, and what is said of them. Bodies and answers are JSON unless said otherwise.
+/// Surrogates under names, and answers about them. Bodies and answers are JSON unless stated otherwise.
 pub trait Answers: Send + Sync + 'static {
-    /// The names, in the order in which they are listed: letters, digits, `-`, `_` and `.`, no two alike.
+    /// The names, in the order of the list: letters, digits, `-`, `_` and `.`, all different.
     fn names(&self) -> &[String];
 
-    /// What is in a surrogate; `None` where there is none of this name.
+    /// Description of a surrogate; `None` if the name is unknown.
     fn info(&self, name: &str) -> Option<Vec<u8>>;
 
-    /// The page of a surrogate, HTML that asks for nothing.
+    /// The page of a surrogate, in HTML that loads nothing else.
     fn page(&self, name: &str) -> Option<Vec<u8>>;
 
-    /// Reads a question, and answers it at once where that takes microseconds.
+    /// Reads a question, and answers it at once if that takes microseconds only.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// The fault in the question.
     fn ask(&self, name: &str, ask: Ask) -> Result<Work, Refusal>;
 
-    /// Reads anew what can be read anew: the process was told to (SIGHUP). Questions are answered meanwhile, by what is there.
+    /// Reads changed files again; called when the process receives SIGHUP. Questions are answered meanwhile from the
+    /// old content.
     fn reread(&self) {}
 
-    /// JSON Schemas of `Question`, `Answer`, `Batch`, `Answers` and `Info`, and of what they refer to, for
+    /// JSON Schemas of `Question`, `Answer`, `Batch`, `Answers` and `Info`, and of the types they refer to, for
     /// `#/components/schemas/` of the OpenAPI description.
     fn schemas(&self) -> Map<String, Value>;
 }
 
-/// What is asked of a surrogate.
+/// A request about a surrogate.
 #[derive(Debug, Clone)]
 pub enum Ask {
     /// One question.
     Query(Vec<u8>),
-    /// The same question at many conditions.
+    /// One question at many conditions.
     Batch(Vec<u8>),
     /// Rows of conditions as CSV, which are answered as CSV.
     Table {
@@ -43,43 +44,43 @@ pub enum Ask {
     },
 }
 
-/// An answer, or the work that leads to it.
+/// An answer, or the work that leads to one.
 pub enum Work {
-    /// It is there.
+    /// The answer is ready.
     Done(Reply),
-    /// It takes a while, on a thread of its own.
+    /// The answer takes a while, on a thread of its own.
     Long(Box<dyn FnOnce() -> Result<Reply, Refusal> + Send>),
 }
 
 /// An answer.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Reply {
-    /// JSON, or CSV.
+    /// Content: JSON, or CSV.
     pub content: Vec<u8>,
-    /// How many conditions were answered, for the metrics.
+    /// Number of answered conditions, for the metrics.
     pub conditions: usize,
 }
 
-/// Why there is no answer: an HTTP status, and an object that says so.
+/// Reason why there is no answer: an HTTP status, and a message.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Refusal {
     /// The HTTP status.
     pub status: u16,
-    /// What is wrong, with place and remedy, as the program says it.
+    /// The fault with place and remedy, in the words of the program.
     pub message: String,
-    /// The key, column or variable that is wrong, where one is.
+    /// The wrong key, column or variable, if there is one.
     pub key: Option<String>,
-    /// What to do about it, where that is known.
+    /// The remedy, if one is known.
     pub help: Option<String>,
 }
 
 impl Refusal {
-    /// With nothing but a sentence.
+    /// A refusal with a sentence alone.
     pub fn new(status: u16, message: impl Into<String>) -> Self {
         Self { status, message: message.into(), key: None, help: None }
     }
 
-    /// What to do about it.
+    /// Adds a remedy.
     #[must_use]
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());

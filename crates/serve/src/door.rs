@@ -1,4 +1,4 @@
-//! Connections: as many as there are places, slow ones ended, and at the end those under way answered.
+//! Connections: a limited number, slow ones ended, and requests under way answered at the end.
 
 use std::future::Future;
 use std::io;
@@ -16,13 +16,14 @@ use tokio_io_timeout::TimeoutStream;
 
 use crate::Limits;
 
-/// How long to wait before accepting again when the system had no file descriptor left.
+/// Wait before accepting again after the system had no file descriptor left, 50 ms. Chosen: no busy loop, no noticeable
+/// delay.
 const BREATH: Duration = Duration::from_millis(50);
 
-/// Ends when the process is asked to: by Ctrl-C, or by SIGTERM.
+/// Ends when the process is asked to end: by Ctrl-C, or by SIGTERM.
 ///
 /// # Errors
-/// The system lets no signal be heard.
+/// The system does not allow a signal handler.
 pub(crate) fn told_to_end() -> io::Result<impl Future<Output = ()>> {
     #[cfg(unix)]
     let mut terminate = tokio::signal::unix::signal(tokio::signal::unix::SignalKind::terminate())?;
@@ -39,17 +40,18 @@ pub(crate) fn told_to_end() -> io::Result<impl Future<Output = ()>> {
     })
 }
 
-/// Calls `reread`, on a thread where it may take its time, whenever the process is told to by SIGHUP; where that is unknown, never.
+/// Calls `reread` whenever the process receives SIGHUP, on a thread where it may take its time; never on systems
+/// without this signal.
 ///
 /// # Errors
-/// As [`told_to_end`].
+/// Errors of [`told_to_end`].
 pub(crate) fn told_to_reread(reread: impl Fn() + Clone + Send + 'static) -> io::Result<impl Future<Output = ()>> {
     #[cfg(unix)]
     let mut told = tokio::signal::unix::signal(tokio::signal::unix::SignalKind::hangup())?;
     Ok(async move {
         #[cfg(unix)]
         while told.recv().await.is_some() {
-            // One at a time: what was told meanwhile is done once, afterwards.
+            // One at a time: signals that arrive meanwhile lead to one more call, afterwards.
             let _ = tokio::task::spawn_blocking(reread.clone()).await;
         }
         #[cfg(not(unix))]
@@ -57,7 +59,7 @@ pub(crate) fn told_to_reread(reread: impl Fn() + Clone + Send + 'static) -> io::
     })
 }
 
-/// Accepts connections until `end`; then takes no more, and waits for those that have a request under way.
+/// Accepts connections until `end`; then accepts no more, and waits for the requests under way.
 pub(crate) async fn open(listener: TcpListener, router: &Router, limits: Limits, end: impl Future<Output = ()>) {
     let connections = GracefulShutdown::new();
     let places = Arc::new(Semaphore::new(limits.connections));
@@ -79,7 +81,8 @@ pub(crate) async fn open(listener: TcpListener, router: &Router, limits: Limits,
             tokio::time::sleep(BREATH).await;
             continue;
         };
-        // Without this, answers would wait for more to send; a connection that is gone already shows when it is read.
+        // Without this, answers would wait for more data to send. A connection that is gone already shows when it is
+        // read.
         let _ = stream.set_nodelay(true);
         let mut stream = TimeoutStream::new(stream);
         stream.set_read_timeout(Some(limits.time + limits.slow));
@@ -87,7 +90,7 @@ pub(crate) async fn open(listener: TcpListener, router: &Router, limits: Limits,
         let connection = http.serve_connection(TokioIo::new(Box::pin(stream)), TowerToHyperService::new(router.clone()));
         let connection = connections.watch(connection);
         tokio::spawn(async move {
-            // What a client did wrong on the wire is its own trouble.
+            // Errors of a client on the wire do not concern the service.
             let _ = connection.await;
             drop(place);
         });

@@ -1,4 +1,4 @@
-//! What every request passes: who may ask, how many at once, for how long.
+//! Checks that every request passes: permission, number of requests in flight, time.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -14,10 +14,10 @@ use serde_json::{Map, Value};
 use crate::routes::Site;
 use crate::{Refusal, Token};
 
-/// Whether the service lives is no secret.
+/// Path that needs no token: whether the service lives is no secret.
 const OPEN: &str = "/health";
 
-/// Lets a request pass, or refuses it; counts it either way.
+/// Lets a request pass or refuses it, and counts it either way.
 pub(crate) async fn guard(State(site): State<Arc<Site>>, request: Request, next: Next) -> Response {
     let began = Instant::now();
     let route = request.extensions().get::<MatchedPath>().cloned();
@@ -47,8 +47,8 @@ fn bears(headers: &HeaderMap, token: &Token) -> bool {
     scheme.eq_ignore_ascii_case(b"Bearer ") && token.is(given)
 }
 
-/// Whether every name by which the request asks for this service is one of this machine: the address may have one of its own, and
-/// a header may stand twice.
+/// Whether every name by which the request addresses this service belongs to this machine: the address may have one of
+/// its own, and a header may occur twice.
 fn is_local(uri: &Uri, headers: &HeaderMap) -> bool {
     let named = headers.get_all(HOST).iter().map(|host| host.to_str().unwrap_or(""));
     let hosts: Vec<&str> = uri.authority().map(Authority::as_str).into_iter().chain(named).collect();

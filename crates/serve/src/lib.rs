@@ -1,7 +1,7 @@
-//! A service for questions about surrogates: JSON over HTTP/1.1, with limits on size, time and number of requests, a token,
-//! metrics, and an end that answers what is under way.
+//! A service for questions about surrogates: JSON over HTTP/1.1, with limits on size, time and number of requests, a
+//! token, metrics, and an end that answers the requests under way.
 //!
-//! What an answer is, the caller of [`run`] says with [`Answers`]; this crate knows requests alone.
+//! The caller of [`run`] provides the answers with [`Answers`]; this crate knows requests alone.
 //!
 //! ```text
 //!     connection --> door: places, slow clients, the end
@@ -25,12 +25,12 @@ use std::sync::Arc;
 pub use answers::{Answers, Ask, Refusal, Reply, Work};
 pub use settings::{Limits, Settings, Token};
 
-/// Listens and answers until the process is told to end (Ctrl-C, SIGTERM); requests under way are then still answered.
-/// Told by SIGHUP, it has `answers` read anew what they can. `listening` is told the address once connections are accepted,
-/// which a port of 0 leaves to the system.
+/// Listens and answers until the process is asked to end (Ctrl-C, SIGTERM); requests under way are then still answered.
+/// SIGHUP makes `answers` read changed files again. `listening` receives the address once connections are accepted; for
+/// port 0 the system chooses a port.
 ///
 /// # Errors
-/// The address cannot be listened at, or the system gives no threads.
+/// The service cannot listen at the address, or the system gives no threads.
 pub fn run(answers: impl Answers, settings: &Settings, listening: impl FnOnce(SocketAddr)) -> io::Result<()> {
     let threads = settings.limits.threads.max(1);
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(threads).enable_all().build()?;
@@ -44,7 +44,7 @@ pub fn run(answers: impl Answers, settings: &Settings, listening: impl FnOnce(So
         door::open(listener, &routes::router(site), settings.limits, end).await;
         Ok(())
     });
-    // Work that outlived its time limit is not waited for.
+    // Work that outlives its time limit is not waited for.
     runtime.shutdown_timeout(std::time::Duration::from_millis(100));
     ended
 }

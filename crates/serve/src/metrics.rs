@@ -1,4 +1,4 @@
-//! What is counted, in the text format of OpenMetrics, which Prometheus reads.
+//! Counters, in the text format of OpenMetrics, which Prometheus reads.
 
 use std::time::Duration;
 
@@ -10,7 +10,8 @@ use prometheus_client::metrics::gauge::Gauge;
 use prometheus_client::metrics::histogram::Histogram;
 use prometheus_client::registry::Registry;
 
-/// Upper ends of the histogram's bins, in seconds.
+/// Upper ends of the histogram's bins, s. Chosen: from a fast single answer to the slowest work, in steps of two to
+/// five.
 const BINS: [f64; 12] = [50e-6, 100e-6, 250e-6, 500e-6, 1e-3, 2.5e-3, 5e-3, 25e-3, 100e-3, 500e-3, 2.5, 10.0];
 
 #[derive(Debug, Clone, PartialEq, Eq, Hash, EncodeLabelSet)]

@@ -2,12 +2,12 @@
 
 use serde_json::{Map, Value, json};
 
-/// Paths and what they share; the schemas of questions and answers come from their types.
+/// Paths and their common parts; the schemas of questions and answers come from their types.
 const PATHS: &str = include_str!("openapi.json");
 
-/// The description; `secured` where a token is asked for.
+/// The description; `secured` if a token is asked for.
 pub(crate) fn describe(schemas: Map<String, Value>, secured: bool) -> Value {
-    // A unit test reads the text.
+    // A unit test makes sure that the text can be read.
     let mut described: Value = serde_json::from_str(PATHS).unwrap_or_default();
     described["info"]["version"] = env!("CARGO_PKG_VERSION").into();
     if let Some(own) = described["components"]["schemas"].as_object_mut() {

@@ -1,4 +1,4 @@
-//! Which path leads to which answer.
+//! Paths of the service and their answers.
 
 use std::sync::Arc;
 
@@ -17,21 +17,25 @@ use crate::guard::guard;
 use crate::metrics::Metrics;
 use crate::{Answers, Ask, Limits, Refusal, Reply, Settings, Token, Work, openapi};
 
+/// Content type of JSON.
 const JSON: &str = "application/json";
+/// Content type of CSV.
 const CSV: &str = "text/csv; charset=utf-8";
+/// Content type of HTML.
 const HTML: &str = "text/html; charset=utf-8";
+/// Content type of metrics.
 const OPEN_METRICS: &str = "application/openmetrics-text; version=1.0.0; charset=utf-8";
-/// A page may use what stands in it, and nothing else.
+/// Content policy of a page: it may use its own content, and nothing else.
 const ITSELF: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:";
 
-/// What all requests share.
+/// State common to all requests.
 pub(crate) struct Site {
     answers: Box<dyn Answers>,
     openapi: Bytes,
     pub(crate) token: Option<Token>,
     pub(crate) limits: Limits,
     pub(crate) places: Semaphore,
-    /// Places for long work, which keeps its own also where nobody waits for it any more.
+    /// Places for long work; work keeps its place even if nobody waits for it any more.
     long: Arc<Semaphore>,
     pub(crate) metrics: Metrics,
 }
@@ -50,7 +54,7 @@ impl Site {
         }
     }
 
-    /// Reads anew what is answered.
+    /// Reads the changed files of the answers again.
     pub(crate) fn reread(&self) {
         self.answers.reread();
     }
@@ -76,7 +80,7 @@ pub(crate) fn router(site: Arc<Site>) -> Router {
         .route("/surrogates/{name}/query", post(query))
         .route("/surrogates/{name}/batch", post(batch))
         .route("/surrogates/{name}/table", post(table))
-        .fallback(async || Refusal::new(404, "there is nothing here").help("GET /openapi.json says what there is"))
+        .fallback(async || Refusal::new(404, "there is nothing here").help("GET /openapi.json lists all paths"))
         .method_not_allowed_fallback(async || {
             Refusal::new(405, "this is asked for by another method").help("GET /openapi.json says by which")
         })
@@ -153,7 +157,7 @@ async fn table(
     Ok(content(CSV, answer(&site, &name, Ask::Table { rows, options }).await?))
 }
 
-/// The body of a request about a surrogate that is there.
+/// The body of a request about an existing surrogate.
 async fn body(site: &Site, name: &str, request: Request<Body>, kind: &'static str) -> Result<Vec<u8>, Refusal> {
     if !site.answers.names().iter().any(|own| own == name) {
         return Err(site.missing(name));
@@ -165,13 +169,13 @@ async fn body(site: &Site, name: &str, request: Request<Body>, kind: &'static st
     let read = tokio::time::timeout(slow, to_bytes(request.into_body(), limit)).await;
     match read {
         Ok(Ok(bytes)) => Ok(bytes.into()),
-        // The size is the one thing about which this reader complains; a connection that broke hears nothing anyway.
+        // The size is the only complaint of this reader; a broken connection receives nothing anyway.
         Ok(Err(_)) => Err(Refusal::new(413, format!("the body is longer than {limit} bytes, or broke off")).help("send it in parts")),
         Err(_) => Err(Refusal::new(408, format!("the body did not come within {} s", slow.as_secs_f64()))),
     }
 }
 
-/// Whether the body is said to be of a kind; a browser cannot be made to say so by a page from elsewhere without asking first.
+/// Whether the header states a kind of body. A page from elsewhere cannot make a browser state it without asking first.
 fn is_of_kind(headers: &HeaderMap, kind: &str) -> bool {
     let given = headers.get(CONTENT_TYPE).and_then(|value| value.to_str().ok()).unwrap_or("");
     given.split(';').next().is_some_and(|own| own.trim().eq_ignore_ascii_case(kind))

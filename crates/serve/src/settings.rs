@@ -1,4 +1,4 @@
-//! Where the service listens, who may ask, and how much.
+//! Address, permissions and limits of the service.
 
 use std::fmt;
 use std::net::SocketAddr;
@@ -6,18 +6,18 @@ use std::time::Duration;
 
 use subtle::ConstantTimeEq;
 
-/// What a service is begun with.
+/// Settings of a service.
 #[derive(Debug, Clone)]
 pub struct Settings {
-    /// Where to listen.
+    /// Address to listen at.
     pub address: SocketAddr,
-    /// What clients must know; without it only this machine is answered.
+    /// Secret of the clients; without one only this machine is answered.
     pub token: Option<Token>,
-    /// How much is taken on.
+    /// Limits on the load.
     pub limits: Limits,
 }
 
-/// How much is taken on at once, and for how long.
+/// Limits on the load at one time, and on durations.
 #[derive(Debug, Clone, Copy)]
 pub struct Limits {
     /// Longest body of a request, in bytes.
@@ -26,11 +26,11 @@ pub struct Limits {
     pub time: Duration,
     /// Longest time in which a client sends a head, or a body, or takes a piece of an answer.
     pub slow: Duration,
-    /// Requests that are answered at once; others are told to come again.
+    /// Number of requests answered at one time; others are told to come again.
     pub in_flight: usize,
-    /// Connections; others wait to be accepted.
+    /// Number of connections; others wait to be accepted.
     pub connections: usize,
-    /// Threads, and long questions that are worked on at once.
+    /// Number of threads, and of long questions worked on at one time.
     pub threads: usize,
 }
 
@@ -39,7 +39,7 @@ pub struct Limits {
 pub struct Token(Vec<u8>);
 
 impl Token {
-    /// Shortest token, in bytes.
+    /// Shortest token, in bytes. Chosen: 16 random characters cannot be guessed.
     pub const SHORTEST: usize = 16;
 
     /// A token of visible ASCII characters, which a header can carry; `None` for another text or a shorter one.
@@ -49,7 +49,7 @@ impl Token {
         fits.then(|| Self(text.as_bytes().to_vec()))
     }
 
-    /// Whether this is it; how long that takes says nothing of where the two differ.
+    /// Whether a text is the token; the time taken does not reveal where the two differ.
     pub(crate) fn is(&self, other: &[u8]) -> bool {
         self.0.ct_eq(other).into()
     }

@@ -1,8 +1,8 @@
 //! The exact derivative of a network's residual at a state, and linear solves with it and its transpose.
 //!
-//! J = J_sparse + sum u vᵀ: the sparse part treats the coolant's films and flows as given, the rank-one
-//! terms are what they add (see [`coldplate_network::slopes`]). Solves are by GMRES, preconditioned by one
-//! multigrid cycle on the solids and one pass along the streams: downstream for J, upstream for Jᵀ.
+//! J = J_sparse + sum u vᵀ: the sparse part treats the coolant's films and flows as given, the rank-one terms are their derivatives
+//! (see [`coldplate_network::slopes`]). Solves are by GMRES, preconditioned by one multigrid cycle on the solids and one pass along the
+//! streams: downstream for J, upstream for Jᵀ.
 
 use super::csr::{add_scaled, dot, norm};
 use super::jacobian::Jacobian;
@@ -15,14 +15,18 @@ use coldplate_network::slopes::RankOne;
 use coldplate_network::stream::members;
 use coldplate_network::{Load, Network, StreamState};
 
-/// Largest relative residual of a solve that may be used.
+/// Largest relative residual with which a solution may be used, dimensionless. Chosen: exactness of the derivatives against solves that
+/// are refused.
 const TOLERANCE: f64 = 1e-11;
-/// Reduction of the residual that is aimed at: rounding comes first. Strong rows (water) dominate the norm, and a
-/// weakly connected part feels what is left in them.
+/// Relative residual that a solve aims at, dimensionless. Chosen below the rounding of J x, which ends the iteration first. Strong rows
+/// (water) dominate the norm, and a weakly connected part feels a residual that the norm hardly shows.
 const AIM: f64 = 1e-15;
-/// Reduction in one cycle, beyond which the recursive residual is no longer the true one.
+/// Least ratio of the residuals after and before one cycle of GMRES, dimensionless. Chosen: below it the recursive residual is no
+/// longer the true one.
 const CYCLE: f64 = 1e-12;
+/// Most Krylov iterations of a solve, a count. Chosen: time against solves that are refused.
 const MOST_KRYLOV: usize = 600;
+/// Vectors of the basis after which GMRES begins anew, a count. Chosen: memory against iterations.
 const RESTART: usize = 50;
 
 /// The derivative of the residual with respect to all temperatures, W/K, at one state. Rows and columns of
@@ -43,7 +47,7 @@ impl<'a> Tangent<'a> {
     /// The derivative at `temperatures` (K, of every node).
     ///
     /// # Errors
-    /// As [`Network::stream_states`]; some node has no path to any given temperature.
+    /// Errors of [`Network::stream_states`]; some node has no path to any given temperature.
     pub fn new(network: &'a Network, load: &Load, temperatures: &[f64]) -> Result<Self> {
         let system = System::new(network);
         let streams = network.stream_states(load, temperatures)?;
@@ -60,10 +64,11 @@ impl<'a> Tangent<'a> {
         Ok(Self { network, system, streams, transposed: matrix.transposed(), matrix, rank, diagonal, multigrid })
     }
 
-    /// This derivative with `rate` (1/s) times a capacity (J/K of every node) on its diagonal: that of an implicit step in time.
+    /// The derivative J + rate C, the matrix of an implicit step in time: `rate` in 1/s, C the capacity of every node (J/K) on the
+    /// diagonal.
     ///
     /// # Errors
-    /// As [`Tangent::new`].
+    /// Errors of [`Tangent::new`].
     pub fn shifted(&self, rate: f64, capacity: &[f64]) -> Result<Self> {
         let mut shifted = self.clone();
         shifted.matrix.add_diagonal(capacity.iter().map(|c| rate * c));
@@ -78,7 +83,7 @@ impl<'a> Tangent<'a> {
         &self.streams
     }
 
-    /// The size of the coefficients in each row of its sparse part, W/K.
+    /// Size of the coefficients in each row of the sparse part, W/K.
     pub fn diagonal(&self) -> &[f64] {
         &self.diagonal
     }
@@ -86,7 +91,7 @@ impl<'a> Tangent<'a> {
     /// Heat leaving each node minus heat entering it, W, for this or another network with the same nodes.
     ///
     /// # Errors
-    /// As [`Network::stream_states`].
+    /// Errors of [`Network::stream_states`].
     pub fn residual(&self, network: &Network, load: &Load, temperatures: &[f64]) -> Result<Vec<f64>> {
         let streams = network.stream_states(load, temperatures)?;
         if std::ptr::eq(network, self.network) {
@@ -98,7 +103,7 @@ impl<'a> Tangent<'a> {
     /// One exact Newton step from temperatures near those of this tangent; returns the largest move, K.
     ///
     /// # Errors
-    /// As [`Tangent::solve`].
+    /// Errors of [`Tangent::solve`].
     pub fn correct(&self, load: &Load, temperatures: &mut [f64]) -> Result<f64> {
         let right: Vec<f64> = self.residual(self.network, load, temperatures)?.iter().map(|r| -r).collect();
         let step = self.solve(&right)?;
@@ -127,16 +132,15 @@ impl<'a> Tangent<'a> {
     /// x with J x = b.
     ///
     /// # Errors
-    /// The iteration does not reach a relative residual of 1e-11. It goes on
-    /// to the rounding of the matrix-vector product where it can.
+    /// The iteration does not reach a relative residual of 1e-11; it aims at the rounding of the matrix-vector product.
     pub fn solve(&self, b: &[f64]) -> Result<Vec<f64>> {
         self.solve_within(b, AIM)
     }
 
-    /// The same, to a given relative residual.
+    /// x with J x = b, to a relative residual `aim`.
     ///
     /// # Errors
-    /// As [`Tangent::solve`].
+    /// Errors of [`Tangent::solve`].
     pub fn solve_within(&self, b: &[f64], aim: f64) -> Result<Vec<f64>> {
         let mut work = self.multigrid.workspace();
         self.gmres(b, aim, |x, y| self.multiply(x, y), |r, z| self.downstream(r, z, &mut work))
@@ -145,15 +149,15 @@ impl<'a> Tangent<'a> {
     /// x with Jᵀ x = b.
     ///
     /// # Errors
-    /// As [`Tangent::solve`].
+    /// Errors of [`Tangent::solve`].
     pub fn solve_transposed(&self, b: &[f64]) -> Result<Vec<f64>> {
         self.solve_transposed_within(b, AIM)
     }
 
-    /// The same, to a given relative residual.
+    /// x with Jᵀ x = b, to a relative residual `aim`.
     ///
     /// # Errors
-    /// As [`Tangent::solve`].
+    /// Errors of [`Tangent::solve`].
     pub fn solve_transposed_within(&self, b: &[f64], aim: f64) -> Result<Vec<f64>> {
         let mut work = self.multigrid.workspace();
         self.gmres(b, aim, |x, y| self.multiply_transposed(x, y), |r, z| self.upstream(r, z, &mut work))
@@ -179,7 +183,7 @@ impl<'a> Tangent<'a> {
         }
     }
 
-    /// Its transpose: the water against its flow, then solids by one V-cycle.
+    /// Transposed preconditioner: the water against its flow, then solids by one V-cycle.
     fn upstream(&self, r: &[f64], z: &mut [f64], work: &mut Workspace) {
         let solids = self.network.solids;
         let mut right = r.to_vec();
@@ -192,7 +196,7 @@ impl<'a> Tangent<'a> {
             let rate = state.capacity_rate;
             for (k, station) in stream.stations.iter().enumerate().rev() {
                 let exchange = state.exchange[k];
-                // What this node owes to the one above it, per unit of its own.
+                // Value of this node, and the coefficients by which it adds to the node above and to the cells of the wall.
                 let (own, carried, given) = if rate > 0.0 {
                     (water_right[first + k] / rate, rate - exchange, exchange)
                 } else {

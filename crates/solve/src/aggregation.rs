@@ -5,7 +5,7 @@
 
 use super::csr::Csr;
 
-/// Damping of the prolongation smoother: 4/3 over the bound 2 on the spectral radius of a scaled M-matrix.
+/// Damping of the prolongation smoother, dimensionless: 4/3 over the bound 2 on the spectral radius of a scaled M-matrix.
 const DAMPING: f64 = 2.0 / 3.0;
 /// Marks a node that belongs to no aggregate.
 const NOWHERE: u32 = u32::MAX;
@@ -14,7 +14,7 @@ fn is_strong(v: f64, di: f64, dj: f64, theta: f64) -> bool {
     v * v > theta * theta * di * dj
 }
 
-/// Aggregate of each node, and how many there are.
+/// Aggregate of each node, and the number of aggregates.
 pub fn aggregates(matrix: &Csr, diagonal: &[f64], theta: f64) -> (Vec<u32>, usize) {
     let n = matrix.rows();
     let mut aggregate = vec![NOWHERE; n];
@@ -54,7 +54,7 @@ pub fn aggregates(matrix: &Csr, diagonal: &[f64], theta: f64) -> (Vec<u32>, usiz
             }
         }
     }
-    // What is still free gathers its free neighbours; a node that its own diagonal holds stays out.
+    // Each node that is still free founds an aggregate with its free neighbours; a node held by its own diagonal stays out.
     for i in 0..n {
         if aggregate[i] != NOWHERE {
             continue;

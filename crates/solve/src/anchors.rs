@@ -1,9 +1,8 @@
-//! Where the solution of a further condition starts: the combination of known solutions that leaves the
-//! smallest residual.
+//! Start of the solution of a further condition: the combination of known solutions that leaves the smallest residual.
 //!
-//! A machine's temperatures change smoothly with the condition, so a dozen known states span most of
-//! every other one. The combination is found by least squares on the linearised residual, whatever the
-//! condition's variables are; it costs a product with some rows of the matrix per known state.
+//! A machine's temperatures change smoothly with the condition, so a dozen known states span most of every other one. The combination
+//! is found by least squares on the linearised residual, for any condition variables. The cost per known state is a product with some
+//! rows of the matrix.
 
 use std::sync::Arc;
 
@@ -14,49 +13,52 @@ use super::adjoint::sizes;
 use super::csr::{dot_chunk, for_chunks};
 use super::jacobian::Jacobian;
 
-/// Directions of less weight than this, relative to the largest, are left out.
+/// Eigenvalues of the least-squares matrix below this share of the largest are left out. Chosen: use of nearly dependent states against
+/// rounding.
 const CUTOFF: f64 = 1e-10;
-/// Rows of a strip. Of networks of more than twice so many nodes, strips of about so many are looked at: a dozen numbers are sought.
+/// Rows of a strip, a count. Chosen.
 const STRIP: usize = 1024;
+/// Rows that are looked at in networks of more than twice as many nodes, a count: about so many, in even strips. Chosen: a dozen
+/// numbers are sought.
 const ROWS: usize = 60_000;
 
 /// Known states, as differences from a reference state, K.
 #[derive(Debug, Clone, Default)]
 pub struct Anchors {
     differences: Vec<Vec<f32>>,
-    /// Of each node's residual: one over the root of its coefficients, so that its square is an energy. Without, water, whose coefficients
-    /// are large, counts for more than what hardly holds to anything.
+    /// Weight of each node's residual: one over the root of its coefficients, (W/K)^-½, so that the square of a weighed residual is an
+    /// energy. Unweighed, water with its large coefficients would count for more than a weakly bound part.
     weights: Arc<[f64]>,
 }
 
 impl Anchors {
-    /// None yet, of a network whose matrix is like this one.
+    /// No states yet, for a network whose matrix is like this one.
     pub fn new(matrix: &Jacobian<'_>) -> Self {
         let weights = sizes(matrix).into_iter().map(|size| if size > 0.0 { size.sqrt().recip() } else { 0.0 });
         Self { differences: Vec::new(), weights: weights.collect() }
     }
 
-    /// None yet, of the same network.
+    /// No states yet, for the same network.
     pub fn empty(&self) -> Self {
         Self { differences: Vec::new(), weights: self.weights.clone() }
     }
 
-    /// Takes in a state.
+    /// Adds a state (K, of every node), as its difference from a reference state.
     pub fn add(&mut self, reference: &[f64], state: &[f64]) {
         self.differences.push(state.iter().zip(reference).map(|(t, r)| (t - r) as f32).collect());
     }
 
-    /// Whether there is any.
+    /// Whether no state is known.
     pub fn is_empty(&self) -> bool {
         self.differences.is_empty()
     }
 
-    /// How many there are.
+    /// Number of known states.
     pub fn len(&self) -> usize {
         self.differences.len()
     }
 
-    /// What the differences do to the residual by a linearised network: of a large one, to strips of it.
+    /// Products of a linearised network's matrix with the known differences; in a large network of some strips of its rows alone.
     pub fn seen_by(&self, jacobian: &Jacobian<'_>) -> Combination<'_> {
         let (m, rows) = (self.differences.len(), self.weights.len());
         let strips: Vec<usize> = (0..rows).step_by(STRIP * (rows / ROWS).max(1)).collect();
@@ -76,7 +78,7 @@ impl Anchors {
         Combination { anchors: self, strips, images, decomposed: matrix.symmetric_eigen() }
     }
 
-    /// Weighed rows of strips, each of which is filled.
+    /// Weighed rows of all strips; `fill` writes the rows of the strip that begins at a row.
     fn weighed(&self, strips: &[usize], fill: impl Fn(usize, &mut [f64]) + Sync) -> Strips {
         let of = |strip: &usize| -> Vec<f64> {
             let mut rows = vec![0.0; STRIP.min(self.weights.len() - strip)];
@@ -96,7 +98,7 @@ fn product(a: &Strips, b: &Strips) -> f64 {
     parts.iter().sum()
 }
 
-/// Known states beside what each does to the residual.
+/// Known states, each with the residual (W) that it adds in a linearised network.
 pub struct Combination<'a> {
     anchors: &'a Anchors,
     strips: Vec<usize>,
@@ -105,7 +107,7 @@ pub struct Combination<'a> {
 }
 
 impl Combination<'_> {
-    /// Moves `temperatures` (K), whose residual (W) is given, along the known differences to where it is smallest.
+    /// Moves `temperatures` (K) along the known differences to the smallest residual; `residual` (W) is the one before the move.
     pub fn improve(&self, residual: &[f64], temperatures: &mut [f64]) {
         let open = self.anchors.weighed(&self.strips, |strip, rows| rows.copy_from_slice(&residual[strip..][..rows.len()]));
         let right = DVector::from_fn(self.images.len(), |i, _| -product(&self.images[i], &open));

@@ -1,4 +1,4 @@
-//! Where the heat comes from and where it goes.
+//! The heat balance of a network: where heat comes from and where it goes.
 
 use super::surfaces::surface_states;
 use super::system::entering_temperature;
@@ -15,20 +15,20 @@ pub struct Balance {
     pub out_watts: f64,
     /// |in - out| / max(in, out); 0 where so little heat flows that rounding of the temperatures is all that is left.
     pub relative: f64,
-    /// Each source.
+    /// Heat of each source.
     pub sources: Vec<f64>,
     /// Net radiation from the chamber.
     pub radiation: f64,
     /// Net conduction through residual gas.
     pub gas: f64,
-    /// Each boundary of the machine.
+    /// Heat through each boundary of the machine.
     pub boundaries: Vec<f64>,
-    /// Each circuit: what its water brings, dissipation left out (negative where it cools).
+    /// Heat that the water of each circuit brings, dissipation left out (negative where it cools).
     pub circuits: Vec<f64>,
     /// Viscous dissipation in the water.
     pub dissipation: f64,
-    /// Each held lumped node, in the order of the network's held nodes; what holds faces and vertices
-    /// at the temperature of a boundary counts to that.
+    /// Heat from each held lumped node, in the order of the network's held nodes. Heat from faces and vertices held at a boundary's
+    /// temperature counts to the boundary.
     pub held: Vec<f64>,
 }
 
@@ -37,7 +37,7 @@ pub fn balance(network: &Network, load: &Load, streams: &[StreamState], temperat
     balance_with(network, load, streams, temperatures, &surface_states(network, load, temperatures))
 }
 
-/// The same where the states of the surfaces are known.
+/// The balance at given temperatures, with known states of the surfaces.
 pub fn balance_with(network: &Network, load: &Load, streams: &[StreamState], temperatures: &[f64], surfaces: &[SurfaceState]) -> Balance {
     let mut found = Balance {
         sources: network.sources.iter().zip(&load.powers).map(|(s, p)| s.total(*p, temperatures)).collect(),
@@ -82,8 +82,8 @@ pub fn balance_with(network: &Network, load: &Load, streams: &[StreamState], tem
     found
 }
 
-/// Heat that holding each held node puts into the machine, W: what the node gives to neighbours, water and
-/// surroundings less what sources bring it.
+/// Heat that each held node puts into the machine, W: heat given to neighbours, water and surroundings, minus the heat of sources in
+/// the node.
 pub(super) fn held_heats(network: &Network, load: &Load, streams: &[StreamState], temperatures: &[f64]) -> Vec<f64> {
     let mut heats = vec![0.0; network.fixed.len()];
     if heats.is_empty() {

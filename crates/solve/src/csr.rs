@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use coldplate_network::block::Real;
 
-/// Rows or entries handled by one task.
+/// Rows or entries handled by one task, a count. Chosen: cost of starting a task against balance between threads.
 pub const CHUNK: usize = 8192;
 
 /// A square or rectangular sparse matrix; columns ascend within each row.
@@ -40,7 +40,7 @@ impl<T: Real> Csr<T> {
         for_chunks(y, |first, part| self.add_product(first, x, part, true));
     }
 
-    /// Adds the rows from `first` on of A x to `part`, or sets it to them.
+    /// Adds the rows of A x from `first` on to `part`, or overwrites `part` with them if `set`.
     pub fn add_product(&self, first: usize, x: &[T], part: &mut [T], set: bool) {
         for (k, out) in part.iter_mut().enumerate() {
             let (cols, values) = self.row(first + k);
@@ -76,7 +76,7 @@ impl<T: Real> Csr<T> {
 }
 
 impl Csr {
-    /// The same matrix in single precision.
+    /// This matrix in single precision.
     pub fn to_single(&self) -> Csr<f32> {
         let values = self.values.iter().map(|v| *v as f32).collect();
         Csr { columns: self.columns, starts: self.starts.clone(), cols: self.cols.clone(), values }

@@ -10,20 +10,20 @@ use faer::{Conj, MatMut, Par, Side};
 use super::csr::Csr;
 use coldplate_base::error::{Error, Result, Stop};
 
-/// Decompositions that are kept.
+/// Decompositions that are kept, a count. Chosen: memory against decompositions made again.
 const MOST_KNOWN: usize = 8;
 
 /// A matrix, and its decompositions.
 #[derive(Debug, Clone)]
 pub struct Direct {
     matrix: Csr,
-    /// J/K, by row.
+    /// Heat capacity by row, J/K.
     capacity: Vec<f64>,
-    /// Start of each row, as the decomposition takes it.
+    /// Start of each row, in the type that the decomposition takes.
     starts: Vec<u32>,
-    /// Where the entries of a factor lie: the same at every rate.
+    /// Places of a factor's entries, equal at every rate.
     pattern: Arc<SymbolicCholesky<u32>>,
-    /// The one in use, and others of late, the last one first: rates come again.
+    /// Factor in use; `known` has the latest ones, newest first, because rates come again.
     factor: Arc<Vec<f64>>,
     known: Vec<Shifted>,
 }
@@ -31,13 +31,13 @@ pub struct Direct {
 /// A decomposition with the capacity over a time on the diagonal.
 #[derive(Debug, Clone)]
 struct Shifted {
-    /// 1/s
+    /// Rate, 1/s.
     rate: f64,
     factor: Arc<Vec<f64>>,
 }
 
 impl Direct {
-    /// Of a matrix with `capacity` (J/K, by row).
+    /// Decomposes a matrix with `capacity` (J/K, by row).
     ///
     /// # Errors
     /// The matrix is not positive definite: some node has no path to any given temperature.
@@ -45,10 +45,10 @@ impl Direct {
         Self::within(matrix, capacity, f64::INFINITY)?.ok_or_else(|| Error::numerics("the network's matrix cannot be decomposed"))
     }
 
-    /// The same, and `None` where a factor would have more than `most` entries per row.
+    /// Decomposes a matrix with `capacity` (J/K, by row); `None` if a factor would have more than `most` entries per row.
     ///
     /// # Errors
-    /// As [`Direct::new`].
+    /// Errors of [`Direct::new`].
     pub fn within(matrix: Csr, capacity: Vec<f64>, most: f64) -> Result<Option<Self>> {
         let starts: Vec<u32> = matrix.starts.iter().map(|s| *s as u32).collect();
         let pattern = factorize_symbolic_cholesky(shape(&matrix, &starts), Side::Lower, SymmetricOrdering::Amd, Default::default())
@@ -67,15 +67,15 @@ impl Direct {
         self.matrix.rows()
     }
 
-    /// Entries of a factor.
+    /// Number of entries of a factor.
     pub fn entries(&self) -> usize {
         self.pattern.len_val()
     }
 
-    /// Puts `rate` (1/s) times the capacity on the diagonal, in place of what was there before.
+    /// Puts `rate` (1/s) times the capacity on the diagonal, in place of a rate set before.
     ///
     /// # Errors
-    /// As [`Direct::new`].
+    /// Errors of [`Direct::new`].
     pub fn shift(&mut self, rate: f64) -> Result<()> {
         let shifted = match self.known.iter().position(|s| s.rate == rate) {
             Some(at) => self.known.remove(at),
@@ -117,7 +117,7 @@ impl Direct {
     }
 }
 
-/// Where the entries of a matrix lie; it is symmetric, so that its rows serve as columns.
+/// Places of a matrix's entries; rows serve as columns, because the matrix is symmetric.
 fn shape<'a>(matrix: &'a Csr, starts: &'a [u32]) -> SymbolicSparseColMatRef<'a, u32> {
     SymbolicSparseColMatRef::new_checked(matrix.rows(), matrix.columns, starts, None, &matrix.cols)
 }
@@ -126,7 +126,7 @@ fn shape<'a>(matrix: &'a Csr, starts: &'a [u32]) -> SymbolicSparseColMatRef<'a, 
 mod tests {
     use super::*;
 
-    /// A chain of three, one end held: solved at each rate, and again at one that was left.
+    /// A chain of three, one end held: solved at each rate, and again at a rate of before.
     #[test]
     fn what_is_solved_gives_the_right_side_back() -> Result<()> {
         let (starts, cols) = (vec![0, 2, 5, 7], vec![0, 1, 0, 1, 2, 1, 2]);

@@ -1,4 +1,4 @@
-//! What heat-flow sensors read, in a steady state and at an instant, and what parts give each other.
+//! Readings of heat-flow sensors in a steady state and at an instant, and the heat exchanged between parts.
 
 use std::collections::BTreeMap;
 
@@ -26,10 +26,11 @@ pub fn heat_flows(network: &Network, load: &Load, streams: &[StreamState], tempe
     })
 }
 
-/// The same at an instant of a history: into the water by its film and its own temperatures along the channel.
+/// Heat (W) through every heat-flow sensor at an instant of a history. Heat into the water follows from the film and from the water's
+/// own temperatures along the channel.
 ///
 /// # Errors
-/// As [`Network::stream_states`].
+/// Errors of [`Network::stream_states`].
 pub fn heat_flows_at(network: &Network, load: &Load, state: &TransientState) -> Result<Vec<f64>> {
     if network.meters.is_empty() {
         return Ok(Vec::new());
@@ -39,14 +40,14 @@ pub fn heat_flows_at(network: &Network, load: &Load, state: &TransientState) -> 
     Ok(flows(network, load, &state.temperatures, into_water))
 }
 
-/// The same at temperatures within a step (K), through all that no water is part of.
+/// Heat (W) through every heat-flow sensor at temperatures within a step (K); NaN for sensors that measure heat into water.
 pub fn heat_flows_within(network: &Network, load: &Load, temperatures: &[f64]) -> Vec<f64> {
     flows(network, load, temperatures, |_| f64::NAN)
 }
 
 fn flows(network: &Network, load: &Load, temperatures: &[f64], into_water: impl Fn(usize) -> f64) -> Vec<f64> {
     let has_boundary = network.meters.iter().any(|m| matches!(m.through, Through::Boundary(_)));
-    // What boundaries bring does not depend on the water.
+    // Heat from boundaries does not depend on the water.
     let boundaries = if has_boundary { balance(network, load, &[], temperatures).boundaries } else { Vec::new() };
     let heat = |(joint, sign): &(u32, f64)| sign * network.joint_heat(&network.joints[*joint as usize], temperatures, &load.contacts);
     let of = |through: &Through| match through {
@@ -91,7 +92,7 @@ fn mean_difference(first: f64, last: f64) -> f64 {
     if ratio > 0.0 && (ratio - 1.0).abs() > 1e-6 && ratio.is_finite() { (last - first) / ratio.ln() } else { f64::midpoint(first, last) }
 }
 
-/// Who gives heat to whom through contacts, links and enclosures.
+/// A body that gives or takes heat through contacts, links and enclosures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Holder {
     /// A part or lumped node, by its group.
@@ -102,9 +103,9 @@ pub enum Holder {
 
 /// Net heat (W) from the first to the second of every two holders, in their order, through contacts, links and enclosures.
 ///
-/// Nodes of no part (radiosities, nodes between faces) pass on what they get. Several may hang together, and reach many
-/// parts and the wall. They are eliminated: what is left joins every two parts by one conductance, and what flows through
-/// it is theirs. What a part gives to all sums to what leaves its nodes.
+/// Nodes of no part (radiosities, nodes between faces) pass on the heat they get. Several may hang together, and reach many parts and
+/// the wall. They are eliminated, which leaves one conductance between every two parts, and the heat through it is their exchange. The
+/// exchanges of a part sum to the heat that leaves its nodes.
 pub fn exchanged(network: &Network, load: &Load, temperatures: &[f64]) -> Vec<(Holder, Holder, f64)> {
     let holder = |node: u32| match network.group[node as usize] {
         NONE => (network.chamber == Some(node)).then_some(Holder::Wall),
@@ -137,7 +138,7 @@ struct Edge {
     ends: [u32; 2],
     /// Temperatures at its ends, K.
     at: [f64; 2],
-    /// W/K, or of radiation W/K⁴.
+    /// Conductance, W/K; of radiation W/K⁴.
     conductance: f64,
     is_radiative: bool,
 }
@@ -148,7 +149,7 @@ impl Edge {
         self.conductance * (a - b)
     }
 
-    /// The same heat as that of a difference of temperatures.
+    /// The linear conductor that carries the same heat at these temperatures.
     fn linear(self) -> Self {
         let [a, b] = self.at;
         let conductance = if self.is_radiative { self.conductance * (a * a + b * b) * (a + b) } else { self.conductance };
@@ -169,7 +170,7 @@ fn edges<'a>(network: &'a Network, load: &'a Load, temperatures: &'a [f64]) -> i
     joints.chain(radiative)
 }
 
-/// The conductors of nodes of no part, those together whose nodes hang together.
+/// Conductors that end at a node of no part, grouped by connected nodes.
 fn webs(inner: &[Edge], is_between: impl Fn(u32) -> bool) -> Vec<Vec<Edge>> {
     let mut first: BTreeMap<u32, u32> = BTreeMap::new();
     let root = |first: &BTreeMap<u32, u32>, node: u32| {
@@ -197,10 +198,10 @@ fn webs(inner: &[Edge], is_between: impl Fn(u32) -> bool) -> Vec<Vec<Edge>> {
     webs.into_values().collect()
 }
 
-/// What the holders around one web give each other, its own nodes eliminated.
+/// Heat (W) between the holders around one web, its own nodes eliminated.
 ///
-/// A web of radiation alone is linear in the fourth powers of the temperatures, so its exchange is that of grey surfaces;
-/// one that conducts too is taken as linear with the conductances that it has in this state.
+/// A web of radiation alone is linear in the fourth powers of the temperatures, so its exchange is that of grey surfaces; a web that
+/// conducts too is taken as linear, with its conductances in this state.
 fn web_heats(web: &[Edge], holder: impl Fn(u32) -> Option<Holder>) -> Vec<(Holder, Holder, f64)> {
     let is_radiative = web.iter().all(|e| e.is_radiative);
     let mut place: BTreeMap<u32, usize> = BTreeMap::new();
@@ -210,10 +211,10 @@ fn web_heats(web: &[Edge], holder: impl Fn(u32) -> Option<Holder>) -> Vec<(Holde
     }
     let size = place.len();
     let level = |t: f64| if is_radiative { t.powi(4) } else { t };
-    // Levels count from that of one end, so that rounding is that of differences.
+    // Levels count from the level of one end, so that rounding is relative to their differences.
     let zero = web.first().map_or(0.0, |e| level(e.at[0]));
     let mut matrix = DMatrix::<f64>::zeros(size, size);
-    // Of each holder: its conductance to every node, and that times the level of its ends.
+    // For each holder: its conductance to every node, and this conductance times the level of its ends.
     let mut around: BTreeMap<Holder, [DVector<f64>; 2]> = BTreeMap::new();
     for edge in web {
         let edge = if is_radiative { *edge } else { edge.linear() };

@@ -1,4 +1,4 @@
-//! The linearised network: what a small change of temperatures does to the residual of every node.
+//! The linearised network: change of every node's residual with small changes of the temperatures.
 //!
 //! Structured blocks act through their tables, with differences formed first; everything else (contacts,
 //! radiative links, water) stands in a short list of sparse rows. A product moves the two vectors and
@@ -28,12 +28,11 @@ pub struct Jacobian<'a> {
 pub(super) enum Conduction {
     /// Constant conductivity: heat is g times the difference.
     Constant(Profile<f64>),
-    /// Conductivity that changes with temperature: by axis and cell the derivatives of the heat to the next
-    /// cell with respect to the cell's own temperature, and to the next one's with the sign turned.
+    /// Conductivity that changes with temperature: derivatives of the heat from a cell to the next one, W/K, by axis and cell.
     Varying {
         /// With respect to the cell's own temperature.
         out: [Vec<f64>; 3],
-        /// With respect to the next one's, sign turned.
+        /// With respect to the next cell's temperature, sign turned.
         into: [Vec<f64>; 3],
     },
 }
@@ -43,7 +42,7 @@ impl<'a> Jacobian<'a> {
         Self { network, blocks, diagonal, rest, is_transposed: false }
     }
 
-    /// Unknowns.
+    /// Number of unknowns.
     pub fn rows(&self) -> usize {
         self.diagonal.len()
     }
@@ -100,7 +99,7 @@ impl<'a> Jacobian<'a> {
 pub(super) struct SparseRows<T> {
     /// Rows that have entries, ascending.
     pub rows: Vec<u32>,
-    /// Start of each of them in `cols`, and the end of the last.
+    /// Start of each row in `cols`, and the end of the last.
     pub starts: Vec<usize>,
     /// Columns, ascending within a row.
     pub cols: Vec<u32>,
@@ -133,7 +132,7 @@ impl<T: Real> SparseRows<T> {
         self.cols[range.clone()].binary_search(&column).ok().map(|at| range.start + at)
     }
 
-    /// The rows that hold entries (row, column, value); those that stand twice add up.
+    /// The rows of entries (row, column, value); entries at one place add up.
     pub fn of_entries(mut entries: Vec<(u32, u32, T)>) -> Self {
         entries.par_sort_by_key(|(row, column, _)| (*row, *column));
         let mut found = Self { rows: Vec::new(), starts: Vec::new(), cols: Vec::with_capacity(entries.len()), values: Vec::new() };

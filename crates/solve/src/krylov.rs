@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::csr::{CHUNK, add_scaled, dot, dot_chunk, for_chunks, norm};
 use super::jacobian::Jacobian;
 
-/// Vectors of the basis after which GMRES begins anew.
+/// Vectors of the basis after which GMRES begins anew, a count. Chosen: memory and products with the basis against iterations.
 const RESTART: usize = 12;
 
 /// A linear operator.
@@ -32,16 +32,16 @@ impl Operator for Jacobian<'_> {
 pub enum Status {
     /// The relative residual met the tolerance.
     Converged,
-    /// As many iterations as were allowed were taken before that.
+    /// The allowed number of iterations was taken before that.
     MostIterations,
     /// The iteration can do no more: the search direction or the residual is zero, negative or not finite.
     BreakDown,
 }
 
-/// What an iteration came to.
+/// Result of an iteration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Outcome {
-    /// How it stopped.
+    /// How the iteration stopped.
     pub status: Status,
     /// Matrix-vector products spent.
     pub iterations: usize,
@@ -87,7 +87,7 @@ impl Hessenberg {
         self.columns.is_empty()
     }
 
-    /// Adds a column: the projections on the basis, and the `length` of what is left. Returns the norm of the residual.
+    /// Adds a column: the projections on the basis, and the `length` of the remainder. Returns the norm of the residual.
     pub fn add(&mut self, mut projections: Vec<f64>, length: f64) -> f64 {
         let (j, h) = (self.columns.len(), &mut projections);
         for (i, Rotation { cosine: c, sine: s }) in self.rotations.iter().enumerate() {
@@ -219,7 +219,7 @@ pub fn gmres(
     outcome(norm(r), norm(b), target, iterations, most)
 }
 
-/// `v` times `scale` in single precision, in the place of a vector no longer needed; `v` becomes exactly that.
+/// `v` times `scale` in single precision, in the memory of a vector no longer needed; `v` becomes the rounded vector.
 fn rounded(v: &mut [f64], scale: f64, spare: Option<Vec<f32>>) -> Vec<f32> {
     let mut single = spare.unwrap_or_else(|| vec![0.0f32; v.len()]);
     single.par_chunks_mut(CHUNK).zip(v.par_chunks_mut(CHUNK)).for_each(|(single, v)| {

@@ -19,18 +19,21 @@ use coldplate_base::error::Result;
 use coldplate_network::Block;
 use coldplate_network::block::Profile;
 
-/// Rows at which the coarsest level is solved directly.
+/// Rows at which the coarsest level is solved directly, a count. Chosen: number of levels against the cost of the decomposition.
 const COARSEST: usize = 400;
-/// Rows up to which a direct solve of the network itself is thought of, and the entries per row of its factor up to which it is taken.
+/// Rows up to which a direct solve of the network itself is considered, a count. Chosen: decompositions against iterations.
 const DIRECT: usize = 8000;
+/// Entries per row of the factor up to which a direct solve is taken, a count. Chosen: cost of a direct solve against that of a cycle.
 const MOST_FILL: f64 = 60.0;
-/// Couplings weaker than this, relative to the geometric mean of the diagonals, do not bind aggregates.
+/// Couplings weaker than this, relative to the geometric mean of the diagonals, do not bind aggregates; dimensionless, and half as much
+/// on each further level: the value of Vanek, Mandel and Brezina (see [`super::aggregation`]).
 const STRENGTH: f64 = 0.08;
-/// Blocks are coarsened while that leaves less than this share of the rows.
+/// Blocks are coarsened while the next level has less than this share of the rows, dimensionless. Chosen.
 const WORTHWHILE: f64 = 0.6;
-/// Cells in a line of a block, on the mean, below which a list of neighbours costs less than tables of the line.
+/// Cells in a line of a block, on the mean, below which a list of neighbours costs less than tables of the line; a count. Chosen with
+/// the time of one cycle on the five-axis machine (docs/record/speed.md).
 const SHORT: usize = 8;
-/// Products with the matrix in each smoothing.
+/// Products with the matrix in each smoothing (degree of its polynomial), a count. Chosen: cost of a cycle against iterations.
 const DEGREE: usize = 4;
 
 /// A hierarchy of matrices.
@@ -43,9 +46,9 @@ pub struct Multigrid {
 #[derive(Debug, Clone)]
 struct Level {
     operator: Operator,
-    /// Coefficient of a node's own value beside what the operator holds.
+    /// Coefficient of each node's own value that the operator does not hold, W/K.
     own: Vec<f32>,
-    /// The same without a shift, kept once there is one.
+    /// The coefficients `own` without a shift, kept once there is one.
     steady: Option<Vec<f32>>,
     inverse_diagonal: Vec<f32>,
     /// Largest eigenvalue of the matrix scaled by its diagonal: an upper bound.
@@ -155,9 +158,8 @@ impl Multigrid {
         for_chunks(x, |first, part| part.iter_mut().zip(&work.levels[0][1][first..]).for_each(|(x, w)| *x = f64::from(*w)));
     }
 
-    /// One cycle on level `l`: right-hand side in the first vector, result in the second, where a guess stands unless it is
-    /// `from_zero`. What lies below the second level is visited twice: it costs little, and finds what passes through the whole
-    /// network.
+    /// One cycle on level `l`: right-hand side in the first vector, result in the second, which holds a guess unless `from_zero`.
+    /// Levels below the second are visited twice: they cost little, and find errors that reach through the whole network.
     fn cycle(&self, l: usize, work: &mut Workspace, from_zero: bool) {
         let Some(level) = self.levels.get(l) else {
             let [b, x, _] = &mut work.levels[l];
@@ -189,11 +191,11 @@ impl Multigrid {
         level.smooth(b, x, other, false);
     }
 
-    /// Adds `rate` (1/s) times the capacity to the matrix, in place of what was added before: the matrix of an
-    /// implicit time step, on the hierarchy of the steady one.
+    /// Adds `rate` (1/s) times the capacity to the matrix, in place of a rate added before: the matrix of an implicit time step, on the
+    /// hierarchy of the steady one.
     ///
     /// # Errors
-    /// As [`Multigrid::new`].
+    /// Errors of [`Multigrid::new`].
     pub fn shift(&mut self, rate: f64) -> Result<()> {
         for level in &mut self.levels {
             level.shift(rate);

@@ -1,11 +1,11 @@
-//! Whether heat finds a way out: the connected pieces of a network, and what each of them can give heat to.
+//! Whether heat finds a way out: the connected pieces of a network, and whether each of them can give off heat.
 
 use coldplate_base::error::{Error, Result};
 use coldplate_network::{BoundaryState, ContactFactors, Load, NONE, Network, Surface};
 
-/// Net heat of a piece that counts as none, of all that enters and leaves it.
+/// Net heat of a piece that counts as none, as a share of all heat that enters and leaves it. Chosen above rounding.
 const NO_HEAT: f64 = 1e-9;
-/// Temperature at which it is asked whether a joint conducts at all, K.
+/// Temperature at which a joint is tested for conducting at all, K. Chosen: room temperature.
 const ROOM: f64 = 300.0;
 
 /// The connected pieces of a network's solids.
@@ -16,12 +16,12 @@ pub struct Pieces {
 }
 
 impl Pieces {
-    /// Of a network: nodes joined by anything that conducts or radiates belong together.
+    /// Pieces of a network: nodes joined by anything that conducts or radiates belong together.
     pub fn new(network: &Network) -> Self {
         Self::with(network, &ContactFactors::default())
     }
 
-    /// The same with factors on the conductances of contacts.
+    /// Pieces of a network with factors on the conductances of contacts.
     fn with(network: &Network, factors: &ContactFactors) -> Self {
         let mut root: Vec<u32> = (0..network.solids as u32).collect();
         // The cells of a block are one piece.
@@ -39,7 +39,7 @@ impl Pieces {
         Self { of: root }
     }
 
-    /// Whether each piece, by its node, can give off heat: at a load, or at any where none is given.
+    /// Whether each piece, by its node, can give off heat at a load; without a load, whether it can at any.
     fn outlets(&self, network: &Network, load: Option<&Load>) -> Vec<bool> {
         let mut open = vec![false; self.of.len()];
         let lets_out = |s: &&Surface| {
@@ -49,7 +49,7 @@ impl Pieces {
                 Some(BoundaryState::Radiation(e, _)) => e > 0.0,
                 Some(BoundaryState::Flux(_)) => false,
                 Some(BoundaryState::Temperature(_) | BoundaryState::FreeConvection(..)) => true,
-                // The second place among a surface's laws is a flux, which takes what it is told to.
+                // The second place among a surface's laws is a flux, whose heat is prescribed.
                 None => s.laws[1] != l as u32,
             };
             s.emissive > 0.0 || gas || s.boundaries().any(law)
@@ -64,7 +64,7 @@ impl Pieces {
         open
     }
 
-    /// Names of the parts and nodes that nothing leads heat away from, whatever the condition.
+    /// Names of the parts and nodes that nothing leads heat away from, at any condition.
     pub fn shut(&self, network: &Network) -> Vec<String> {
         let open = self.outlets(network, None);
         self.names(network, |piece| !open[piece as usize])
@@ -127,7 +127,7 @@ impl Pieces {
         }
         let watts = net[piece as usize];
         Err(Error::numerics(format!("{:.4} W have no way out of '{names}': there is no steady state", watts)).help(
-            "give it a coolant that flows, a boundary with a film or a temperature, an emissivity, or a contact with what has one; \
+            "give it a coolant that flows, a boundary with a film or a temperature, an emissivity, or a contact with a part that has one; \
              `simulate` follows how its temperature changes",
         ))
     }

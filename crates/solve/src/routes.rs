@@ -8,7 +8,7 @@ use super::surfaces::surface_states;
 use super::system::entering_temperature;
 use coldplate_network::{Load, NONE, Network, StreamState};
 
-/// Where heat comes from or goes to.
+/// Beginning or end of a route of heat.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Stop {
     /// A source, by its index.
@@ -28,16 +28,16 @@ pub enum Stop {
 /// Heat from one stop to another.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Route {
-    /// Where it comes from.
+    /// Stop that the heat comes from.
     pub from: Stop,
-    /// Where it goes.
+    /// Stop that the heat goes to.
     pub to: Stop,
-    /// How much, W; positive.
+    /// Heat, W; positive.
     pub watts: f64,
 }
 
-/// Net heat between any two stops, in the order of the stops. Where heat comes out of water, wall or boundary, the route
-/// begins there. Nodes that belong to no part (faces between parts) pass on what they get and are no stops.
+/// Net heat between any two stops, in the order of the stops. A route begins at water, wall or boundary if heat comes out of it. Nodes
+/// that belong to no part (faces between parts) pass on the heat they get and are no stops.
 pub fn heat_routes(network: &Network, load: &Load, streams: &[StreamState], temperatures: &[f64]) -> Vec<Route> {
     let mut net: BTreeMap<(Stop, Stop), f64> = BTreeMap::new();
     let mut add = |a: Stop, b: Stop, watts: f64| {
@@ -65,7 +65,7 @@ pub fn heat_routes(network: &Network, load: &Load, streams: &[StreamState], temp
     for (a, b, heat) in exchanged(network, load, temperatures) {
         add(holder(a), holder(b), heat);
     }
-    // What holds faces and vertices at the temperature of a boundary.
+    // Heat that holds faces and vertices at the temperature of a boundary.
     for ((node, index), heat) in network.fixed.iter().zip(held_heats(network, load, streams, temperatures)) {
         if let (Some(boundary), Some(to)) = (load.boundary_of(*index), group(*node as usize)) {
             add(Stop::Boundary(boundary), to, heat);

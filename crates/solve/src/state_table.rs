@@ -1,4 +1,4 @@
-//! Steady states near known ones, to an error that is asked for: of machines that are solved again and again with small changes.
+//! Steady states near known ones, to an error that is asked for, of machines that are solved again and again with small changes.
 
 use rayon::prelude::*;
 
@@ -10,25 +10,29 @@ use coldplate_base::error::Result;
 use coldplate_base::progress::Silent;
 use coldplate_network::{Load, Network, StreamState};
 
-/// Reduction of the residual asked of each linear solve.
+/// Relative residual that each linear solve is taken to, dimensionless. Chosen: iterations against Newton steps.
 const LINEAR_TOLERANCE: f64 = 1e-4;
-/// Newton steps, and the largest of them, K: beyond, the state is not near.
+/// Most Newton steps, a count: after more the state is not near. Chosen.
 const MOST_STEPS: usize = 6;
+/// Largest Newton step, K: beyond it the state is not near. Chosen.
 const LARGEST_STEP: f64 = 50.0;
-/// Times what one cycle makes of the residual that no temperature is off by more: a cycle made at other films finds a part of the error.
+/// Safety factor on the error that one cycle finds from a residual, dimensionless: a cycle made at other films finds a part of the
+/// error. Chosen (docs/method/reduced.md).
 const SURE: f64 = 5.0;
-/// Reduction asked of a linear solve of a table: at least, and at most what single precision gives.
+/// Relative residuals that a linear solve of a table is taken to, dimensionless: the tightest, which single precision gives, and the
+/// loosest. Chosen: iterations against Newton steps.
 const REDUCED: (f64, f64) = (1e-5, 1e-2);
-/// States of a table that are found first, evenly over it, then as many more, beside which the others are found.
+/// States of a table that are found first, evenly over it, then as many more, beside which the others are found; a count. Chosen: full
+/// solves against the size of the space.
 const FIRST: usize = 4;
-/// A difference smaller than this many times the error that is asked for is no direction: the starts were good.
+/// A difference smaller than this many times the error asked for is no direction: its start was good. Dimensionless, chosen.
 const LEAST_APART: f64 = 20.0;
 
 /// A network whose states resemble known ones.
 #[derive(Debug, Clone)]
 pub struct Nearby<'a> {
     solver: Solver<'a>,
-    /// Where combinations of states begin.
+    /// Empty set of states, with which every table begins.
     none: Anchors,
 }
 
@@ -41,7 +45,7 @@ impl<'a> Nearby<'a> {
         Ok(Self::of(Solver::unsolved(network, load, start, &Silent)?))
     }
 
-    /// The same of a solver that is set up.
+    /// A network whose solver is set up.
     pub fn of(solver: Solver<'a>) -> Self {
         let Solver { network, system, reference: (load, at), .. } = &solver;
         let none = Anchors::new(&system.jacobian(network, load, &at.streams, &at.temperatures));
@@ -50,13 +54,13 @@ impl<'a> Nearby<'a> {
 
     /// States at several conditions, each to about `within` kelvin at every node, beginning with temperatures that resemble them.
     ///
-    /// A few conditions, spread over the table, are solved first. What they add to where they began spans a small space, in which the
-    /// other states are sought: the combination that leaves the smallest residual of the true network. One cycle of the preconditioner
-    /// makes an error of what residual is left; only where that is more than is asked for does an iteration follow. What comes out
-    /// depends on the order of the conditions, not on the number of threads.
+    /// A few conditions, spread over the table, are solved first. Their differences from their starts span a small space. Every other
+    /// state begins with the combination in this space that leaves the smallest residual of the true network. One cycle of the
+    /// preconditioner turns the remaining residual into an error; an iteration follows only if this error is larger than `within`. The
+    /// results depend on the order of the conditions, not on the number of threads.
     ///
     /// # Errors
-    /// As [`Solver::steady`].
+    /// Errors of [`Solver::steady`].
     pub fn table(&self, loads: &[Load], starts: &[&[f64]], within: f64) -> Result<Vec<Vec<f64>>> {
         let n = loads.len();
         let spread: Vec<usize> = (0..n).step_by(n.div_ceil(FIRST).max(1)).collect();
@@ -118,11 +122,11 @@ impl<'a> Nearby<'a> {
             since += moved;
             here = self.open(load, &state)?;
         }
-        // It is not near, or hard to find: by the full method.
+        // Not near, or hard to find: solved by the full method.
         Ok(self.solver.steady_from(load, start, f64::INFINITY)?.temperatures)
     }
 
-    /// What is open at temperatures (K).
+    /// Streams and residual (W) at temperatures (K).
     fn open(&self, load: &Load, temperatures: &[f64]) -> Result<Open> {
         let Solver { network, system, .. } = &self.solver;
         let streams = network.stream_states(load, temperatures)?;
@@ -130,17 +134,18 @@ impl<'a> Nearby<'a> {
         Ok(Open { streams, residual })
     }
 
-    /// About the largest error of any temperature, K, by one cycle on what is open (W).
+    /// Estimate of the largest error of any temperature, K, by one cycle on the residual `open` (W).
     fn error(&self, streams: &[StreamState], open: &[f64], found: &mut [f64], work: &mut Workspace) -> f64 {
         self.solver.precondition(streams, open, found, work);
         found.iter().fold(0.0, |m: f64, e| if e.is_finite() { m.max(e.abs()) } else { f64::INFINITY })
     }
 
-    /// Temperatures of all nodes, K, to about `within` kelvin, by Newton's method from `start`. A step of s leaves no more than what
-    /// its linear solve and the bend of radiation, films and properties leave: 2e-3 s and 0.01 s²/K. No heat balance is struck.
+    /// Temperatures of all nodes, K, to about `within` kelvin, by Newton's method from `start`. A step of s kelvin leaves an error of
+    /// at most s (2e-3 + 0.01 s), from its linear solve and from the bend of radiation, films and properties. No heat balance is
+    /// struck.
     ///
     /// # Errors
-    /// As [`Solver::steady`].
+    /// Errors of [`Solver::steady`].
     pub fn temperatures(&self, load: &Load, start: &[f64], within: f64) -> Result<Vec<f64>> {
         let Solver { network, system, multigrid, .. } = &self.solver;
         let mut temperatures = start.to_vec();
@@ -162,7 +167,7 @@ impl<'a> Nearby<'a> {
                 return Ok(temperatures);
             }
         }
-        // It is not near, or hard to find: by the full method.
+        // Not near, or hard to find: solved by the full method.
         Ok(self.solver.steady_from(load, start, f64::INFINITY)?.temperatures)
     }
 }

@@ -15,25 +15,33 @@ use coldplate_base::error::{Error, Result, Stop};
 use coldplate_base::progress::{Progress, Silent};
 use coldplate_network::{Load, Network, StreamState};
 
-/// Largest relative heat imbalance of a result that may be printed.
+/// Largest relative heat imbalance of a result that may be printed, dimensionless. Chosen.
 pub const BALANCE_TOLERANCE: f64 = 1e-8;
-/// Newton stops when no temperature would move by more than this any more, K, and the heat residual agrees.
+/// Newton's method stops when the error left in any temperature is estimated below this, K, and the heat residual agrees. Chosen:
+/// exactness against a further step.
 const LEFT_TOLERANCE: f64 = 1e-7;
-/// Sum of the absolute nodal residuals over the heat that passes through, at the end.
+/// Sum of the absolute nodal residuals over the heat that passes through, at the end; dimensionless. Chosen: exactness against
+/// rounding.
 const RESIDUAL_TOLERANCE: f64 = 1e-10;
-/// What a step leaves: so many times what its linear solve does, because a weakly connected part may lag behind, and the share by
-/// which a step of one kelvin bends the heat flows, 1/K.
+/// Error left after a Newton step of s kelvin whose linear solve left a relative residual r: s (LAG r + BEND s). LAG, dimensionless: a
+/// weakly connected part may be that much worse than the norm. Chosen.
 pub(super) const LAG: f64 = 20.0;
+/// Relative change of the heat flows per kelvin of a Newton step, 1/K; see [`LAG`]. Chosen.
 pub(super) const BEND: f64 = 0.01;
-/// Reduction of the residual asked of a linear solve: far from the solution, and at most, where what a step bends is less still; in the
-/// last ones so much of what is asked for in the end, and at least.
+/// Loosest relative residual of a linear solve far from the solution, dimensionless. Chosen: iterations against Newton steps.
 const LINEAR_TOLERANCE: f64 = 1e-3;
+/// Tightest relative residual of a linear solve, dimensionless. Chosen: iterations against Newton steps.
 const FINEST_TOLERANCE: f64 = 1e-7;
+/// Share of the final residual, the one that Newton's method must reach, that a linear solve in the last steps may leave;
+/// dimensionless. Chosen.
 const ENOUGH: f64 = 0.3;
+/// Loosest relative residual of a linear solve in the last steps, dimensionless. Chosen: iterations against Newton steps.
 const LARGEST_TOLERANCE: f64 = 0.05;
+/// Most Newton steps, a count. Chosen: time against conditions that are refused.
 const MOST_NEWTON: usize = 40;
+/// Most iterations of a linear solve, a count. Chosen: time against conditions that are refused.
 const MOST_KRYLOV: usize = 400;
-/// Passes of the search for a combination of known states to start from.
+/// Passes of the search for a combination of known states to start from, a count. Chosen: residuals formed against Newton steps.
 const ANCHOR_PASSES: usize = 3;
 
 /// A network with everything that can be set up once for all conditions.
@@ -55,7 +63,7 @@ pub struct Solution {
     pub temperatures: Vec<f64>,
     /// State of every stream.
     pub streams: Vec<StreamState>,
-    /// Where the heat comes from and goes.
+    /// Heat balance of the state.
     pub balance: Balance,
     /// Newton steps taken.
     pub newton_iterations: usize,
@@ -76,10 +84,11 @@ impl<'a> Solver<'a> {
         Self::heard(network, reference, &Silent)
     }
 
-    /// The same, beginning with temperatures (K, one per node) that resemble the reference's solution.
+    /// Sets up pattern and multigrid hierarchy, and solves the reference condition from temperatures (K, one per node) that resemble
+    /// its solution.
     ///
     /// # Errors
-    /// As [`Solver::new`].
+    /// Errors of [`Solver::new`].
     pub fn near(network: &'a Network, reference: &Load, start: Vec<f64>, progress: &dyn Progress) -> Result<Self> {
         let mut solver = Self::unsolved(network, reference, start, progress)?;
         // Every condition starts from the reference solution, so that no result depends on the order of a sweep.
@@ -87,15 +96,15 @@ impl<'a> Solver<'a> {
         Ok(solver)
     }
 
-    /// As [`Solver::new`], saying how Newton's method comes along.
+    /// Sets up pattern and multigrid hierarchy, with reports on Newton's method to `progress`.
     ///
     /// # Errors
-    /// As [`Solver::new`].
+    /// Errors of [`Solver::new`].
     pub fn heard(network: &'a Network, reference: &Load, progress: &dyn Progress) -> Result<Self> {
         Self::near(network, reference, initial(network, reference), progress)
     }
 
-    /// Set up, with a reference that is not solved.
+    /// A solver that is set up, with a reference that is not solved.
     pub(super) fn unsolved(network: &'a Network, reference: &Load, start: Vec<f64>, progress: &dyn Progress) -> Result<Self> {
         progress.at(&format!("{} unknowns: setting up", network.nodes));
         // Before anything is solved: a way out for the heat.
@@ -118,8 +127,8 @@ impl<'a> Solver<'a> {
         Ok(Self { network, system, multigrid, is_symmetric, reference: (reference.clone(), unsolved), anchors: Anchors::default(), pieces })
     }
 
-    /// Solves some conditions so that others start from a combination of them. What others come to does not depend
-    /// on their order, only on these. Conditions that fail to converge are skipped.
+    /// Solves some conditions so that others start from a combination of them. Solutions of the others do not depend on their order,
+    /// only on these. Conditions that fail to converge are skipped.
     pub fn learn(&mut self, loads: &[Load]) {
         if self.anchors.is_empty() {
             let (load, at) = &self.reference;
@@ -150,13 +159,13 @@ impl<'a> Solver<'a> {
         Ok(self.reference.1.clone())
     }
 
-    /// From the reference temperatures, or what known states make of them.
+    /// Solves one condition from the reference temperatures, or from their best combination with known states.
     fn iterate(&self, load: &Load) -> Result<Solution> {
         let network = self.network;
         let mut temperatures = self.reference.1.temperatures.clone();
         if !self.anchors.is_empty() {
             hold(network, load, &mut temperatures);
-            // The matrix changes little from one to the other.
+            // The matrix changes little from one pass to the next.
             let mut known = None;
             for _ in 0..ANCHOR_PASSES {
                 let streams = network.stream_states(load, &temperatures)?;
@@ -169,18 +178,19 @@ impl<'a> Solver<'a> {
         self.steady_from(load, &temperatures, f64::INFINITY)
     }
 
-    /// Solves one condition by Newton's method from given temperatures (K, one per node), which are about `error` (K) from the solution,
-    /// or any number where nothing is known of it. That decides how far the first linear solve goes, not how exact the solution is.
+    /// Solves one condition by Newton's method from given temperatures (K, one per node). They are about `error` (K) from the solution;
+    /// `error` is infinite if nothing is known about it. The error decides how far the first linear solve goes, not how exact the
+    /// solution is.
     ///
     /// # Errors
-    /// As [`Solver::steady`].
+    /// Errors of [`Solver::steady`].
     pub fn steady_from(&self, load: &Load, start: &[f64], error: f64) -> Result<Solution> {
         let solution = self.newton(load, start, error, &Silent)?;
         self.network.check_coolant(load, &solution.temperatures)?;
         Ok(solution)
     }
 
-    /// The full method, whatever became of the coolant.
+    /// Newton's method, without a check of the coolant.
     fn newton(&self, load: &Load, start: &[f64], error: f64, progress: &dyn Progress) -> Result<Solution> {
         let network = self.network;
         self.pieces.check(network, load)?;
@@ -211,7 +221,7 @@ impl<'a> Solver<'a> {
             let is_balanced = imbalance <= asked;
             if is_balanced && left <= LEFT_TOLERANCE {
                 if balance.relative > BALANCE_TOLERANCE && (balance.in_watts - balance.out_watts).abs() <= rounding {
-                    // Hardly any heat flows: what rounding of the temperatures leaves stands in no relation to it.
+                    // Hardly any heat flows: the imbalance is rounding of the temperatures.
                     balance.relative = 0.0;
                 }
                 if balance.relative > BALANCE_TOLERANCE {
@@ -248,7 +258,8 @@ impl<'a> Solver<'a> {
 
             let clock = Instant::now();
             for_chunks(&mut residual, |_, part| part.iter_mut().for_each(|r| *r = -*r));
-            // No step needs to be more exact than heat flows are straight, nor the last ones than what is asked for in the end.
+            // No solve needs to be more exact than the heat flows are linear over the step, nor the last ones more than the final
+            // residual.
             let within = (BEND * left).clamp(FINEST_TOLERANCE, LINEAR_TOLERANCE).max(ENOUGH * asked / imbalance);
             let outcome = self.linear(matrix, &streams, &residual, &mut step, within.min(LARGEST_TOLERANCE), &mut work);
             solving += clock.elapsed().as_secs_f64();
@@ -276,7 +287,7 @@ impl<'a> Solver<'a> {
         }
     }
 
-    /// One linear solve, to a relative residual.
+    /// One linear solve, to a relative residual `within`.
     pub(super) fn linear(
         &self,
         matrix: &Jacobian<'_>,
@@ -292,7 +303,8 @@ impl<'a> Solver<'a> {
         gmres(matrix, b, x, within, MOST_KRYLOV, scratch, |r, z| self.precondition(streams, r, z, work))
     }
 
-    /// About what the linearised network makes of a right-hand side (W): solids by one cycle, then the water that follows from them, K.
+    /// Approximate solution (K) of the linearised network for a right-hand side (W): solids by one cycle, then the water that follows
+    /// from them.
     pub(super) fn precondition(&self, streams: &[StreamState], r: &[f64], z: &mut [f64], work: &mut Workspace) {
         let solids = self.network.solids;
         let (solid, water) = z.split_at_mut(solids);
@@ -323,7 +335,7 @@ impl<'a> Solver<'a> {
     }
 }
 
-/// Nodes that are held at what the load says.
+/// Sets held nodes to their temperatures in the load.
 pub(super) fn hold(network: &Network, load: &Load, temperatures: &mut [f64]) {
     for (node, index) in &network.fixed {
         temperatures[*node as usize] = load.fixed[*index as usize];

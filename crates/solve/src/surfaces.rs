@@ -1,28 +1,28 @@
-//! What is outside the blocks at given temperatures: open faces, and joints between two nodes.
+//! States outside the blocks at given temperatures: of open faces, and of joints between two nodes.
 
 use rayon::prelude::*;
 
 use super::csr::CHUNK;
 use coldplate_network::{Joint, JointState, Load, Network, Surface, surface::SurfaceState};
 
-/// What is outside the blocks at given temperatures, in the network's order.
+/// States outside the blocks at given temperatures, in the network's order.
 #[derive(Debug, Clone, Default)]
 pub struct Outside {
-    /// Of every surface.
+    /// State of every surface.
     pub surfaces: Vec<SurfaceState>,
-    /// Of every joint, with the difference of the temperatures at its ends, K.
+    /// State of every joint, with the difference of the temperatures at its ends, K.
     pub joints: Vec<(JointState, f64)>,
 }
 
 impl Outside {
-    /// At temperatures of all nodes, K.
+    /// States at temperatures of all nodes, K.
     pub fn new(network: &Network, load: &Load, temperatures: &[f64]) -> Self {
         let mut found = Self::default();
         found.renew(network, load, temperatures);
         found
     }
 
-    /// At other temperatures, in the same memory.
+    /// States at other temperatures, in the memory of these.
     pub fn renew(&mut self, network: &Network, load: &Load, temperatures: &[f64]) {
         let of_joint = |joint: &Joint| {
             let (ta, tb) = network.joint_ends(joint, temperatures);

@@ -9,11 +9,11 @@ use coldplate_network::block::{Block, Profile, Segment};
 use coldplate_network::{JointState, Load, NONE, Network, StreamState};
 use coldplate_physics::radiation::SIGMA;
 
-/// The sparsity pattern of a network's Jacobian outside the blocks, and what in it never changes.
+/// The sparsity pattern of a network's Jacobian outside the blocks, with the coefficients that never change.
 #[derive(Debug, Clone)]
 pub struct System {
     pattern: SparseRows<f64>,
-    /// Where the entries that [`each_entry`] visits stand in the pattern, in the order of the visit.
+    /// Places in the pattern of the entries that [`each_entry`] visits, in the order of the visit.
     slots: Vec<u32>,
     /// Conductances of the blocks at 300 K; those with k(T) are evaluated anew each time.
     profiles: Vec<Profile<f64>>,
@@ -21,7 +21,7 @@ pub struct System {
     is_held: Vec<u32>,
 }
 
-/// The symmetric positive definite part of a linearised network of solids: what multigrid works on.
+/// The symmetric positive definite part of a linearised network of solids, for multigrid.
 #[derive(Debug, Clone)]
 pub struct Symmetric<'a> {
     /// The structured blocks.
@@ -98,7 +98,7 @@ impl System {
         self.jacobian_with(network, load, streams, temperatures, &Outside::new(network, load, temperatures))
     }
 
-    /// The same where the states of surfaces and joints are known.
+    /// Jacobian of the residual with known states of surfaces and joints.
     pub fn jacobian_with<'a>(
         &self,
         network: &'a Network,
@@ -112,7 +112,7 @@ impl System {
         found
     }
 
-    /// The same in place of another one, whose memory it takes.
+    /// Jacobian of the residual, written into the memory of another one.
     pub fn renew<'a>(
         &self,
         matrix: &mut Jacobian<'a>,
@@ -206,7 +206,7 @@ impl System {
         self.residual_with(network, load, streams, temperatures, &Outside::new(network, load, temperatures))
     }
 
-    /// The same where the states of surfaces and joints are known.
+    /// Residual with known states of surfaces and joints, W.
     pub fn residual_with(
         &self,
         network: &Network,
@@ -220,7 +220,7 @@ impl System {
         residual
     }
 
-    /// The same in a vector whose memory it takes.
+    /// Residual with known states of surfaces and joints, W, in the memory of a given vector.
     pub fn residual_in(
         &self,
         residual: &mut Vec<f64>,
@@ -234,7 +234,7 @@ impl System {
     }
 }
 
-/// As [`System::residual`], for a network whose residual is asked for once: no pattern is needed for it.
+/// Residual of a network, W, for a single use: no pattern is needed for it.
 pub fn residual(network: &Network, load: &Load, streams: &[StreamState], temperatures: &[f64]) -> Vec<f64> {
     let (profiles, is_constant) = conduction(network);
     let mut residual = Vec::new();
@@ -243,13 +243,13 @@ pub fn residual(network: &Network, load: &Load, streams: &[StreamState], tempera
     residual
 }
 
-/// Conductances of the blocks at 300 K, and whether they are the same at all temperatures.
+/// Conductances of the blocks at 300 K, and whether they are equal at all temperatures.
 fn conduction(network: &Network) -> (Vec<Profile<f64>>, Vec<bool>) {
     let profile = |b: &Block| (b.profile(&network.properties, 300.0), b.is_constant(&network.properties));
     network.blocks.iter().map(profile).unzip()
 }
 
-/// The residual, with what [`conduction`] says of the blocks.
+/// Writes the residual into `r`, W, with the conductances that [`conduction`] gives for the blocks.
 fn heats(
     r: &mut Vec<f64>,
     network: &Network,
@@ -328,16 +328,16 @@ pub fn entering_temperature(network: &Network, load: &Load, streams: &[StreamSta
 
 /// Derivatives of the heat flows outside the blocks.
 struct Derivatives<'a> {
-    /// Of each joint's heat with respect to the temperatures at its two ends, the second with the sign turned, W/K.
+    /// Derivatives of each joint's heat with respect to the temperatures at its two ends, the second with the sign turned, W/K.
     joints: Vec<(f64, f64)>,
-    /// Of each radiative conductor's heat, likewise.
+    /// Derivatives of each radiative conductor's heat, likewise.
     radiative: Vec<(f64, f64)>,
-    /// Where the streams' coefficients are, if they are known.
+    /// Coefficients of the streams, if they are known.
     streams: Option<&'a [StreamState]>,
 }
 
 impl<'a> Derivatives<'a> {
-    /// All zero: what a visit needs that only asks where entries are.
+    /// All zero, for a visit that asks only for the places of entries.
     fn none(network: &Network) -> Self {
         Self { joints: vec![(0.0, 0.0); network.joints.len()], radiative: vec![(0.0, 0.0); network.radiative.len()], streams: None }
     }
@@ -358,8 +358,8 @@ impl<'a> Derivatives<'a> {
     }
 }
 
-/// Visits every entry (row, column, value) of the Jacobian outside blocks and surfaces, entries that add up one after
-/// the other, always in the same order whatever the values.
+/// Visits every entry (row, column, value) of the Jacobian outside blocks and surfaces, entries that add up one after the other, always
+/// in one order for any values.
 fn each_entry(network: &Network, derivatives: &Derivatives<'_>, mut visit: impl FnMut(u32, u32, f64)) {
     let mut pair = |a: u32, b: u32, (da, db): (f64, f64)| {
         debug_assert!(a != NONE && b != NONE);
@@ -438,11 +438,11 @@ fn face_conductance(gap: coldplate_network::block::Gap, (ka, sa): (f64, f64), (k
     (g, g / resistance * gap.length_a * sa / (ka * ka), g / resistance * gap.length_b * sb / (kb * kb))
 }
 
-/// Adds to `y` what conduction makes leave each cell of a segment of a block with k(T).
+/// Adds to `y` the heat (W) that leaves each cell by conduction, for a segment of a block with k(T).
 fn add_varying(segment: &Segment, block: &Block, k: &[Vec<(f64, f64)>; 3], x: &[f64], y: &mut [f64]) {
     segment.each_face(block.cells[0], |at, d, other, is_next, owner| {
         let (own, next) = (segment.node + at - block.first, other - block.first);
-        // The face is seen from the same end by both its cells, so that what leaves one enters the other exactly.
+        // The face is seen from the same end by both its cells, so that the heat out of one enters the other exactly.
         let (a, b) = if is_next { (own, next) } else { (next, own) };
         let (g, _, _) = face_conductance(block.faces[d][owner], k[d][a], k[d][b]);
         y[at] += g * (x[own + block.first] - x[other]);

@@ -1,10 +1,9 @@
 //! Coarsening of structured blocks by threes, axis by axis.
 //!
-//! Groups of about three cells along each axis make one coarse cell; interpolation is linear along each
-//! axis and continued to the block's ends, so it is a product of three short tables, and so is the
-//! Galerkin product of a block's conduction. Nodes outside blocks are carried over one to one. What
-//! joins blocks is interpolated along the normal only, and conductances to given temperatures are lumped:
-//! the coarse matrix stays symmetric, positive definite and exact for a constant temperature.
+//! Groups of about three cells along each axis make one coarse cell; interpolation is linear along each axis and continued to the
+//! block's ends, so it is a product of three short tables, and so is the Galerkin product of a block's conduction. Nodes outside blocks
+//! are carried over one to one. Conductors between blocks are interpolated along the normal only, and conductances to given
+//! temperatures are lumped: the coarse matrix stays symmetric, positive definite and exact for a constant temperature.
 
 use rayon::prelude::*;
 
@@ -13,7 +12,7 @@ use super::system::Symmetric;
 use coldplate_network::Block;
 use coldplate_network::block::Profile;
 
-/// An axis along which cells are bound less than this, relative to the strongest axis, is not coarsened yet.
+/// An axis along which cells are bound less than this, relative to the strongest axis, is not coarsened yet; dimensionless. Chosen.
 const WEAK_AXIS: f64 = 0.1;
 
 /// Interpolation from coarse to fine values and back.
@@ -93,7 +92,7 @@ impl Axis {
         [(lower as usize, 1.0 - f64::from(w)), (upper as usize, f64::from(w))]
     }
 
-    /// The same, interpolated only at the ends of the block, where it meets others.
+    /// Coarse indices and weights of a fine index, interpolated only at the ends of the block, where it meets others.
     fn end_weights(&self, i: usize) -> [(usize, f64); 2] {
         let is_end = !self.is_wrapped && (i == 0 || i + 1 == self.pairs.len());
         if is_end { self.weights(i) } else { [(self.group[i] as usize, 1.0), (0, 0.0)] }
@@ -168,7 +167,7 @@ impl Transfer {
             let strongest = along.map(|end| (0..3).filter(|d| block.cells[*d] > 1).map(|d| end[d]).fold(0.0, f64::max));
             let is_strong = |end: usize, d: usize| along[end][d] >= WEAK_AXIS * strongest[end];
             let at_both = [0, 1, 2].map(|d| is_strong(0, d) && is_strong(1, d));
-            // Where no axis is left that is strong at both ends, the outer end decides: most cells are there.
+            // If no axis is left that is strong at both ends, the outer end decides: most cells are there.
             let is_any = (0..3).any(|d| at_both[d] && block.cells[d] > 1);
             let coarsened = [0, 1, 2].map(|d| if is_any { at_both[d] } else { is_strong(1, d) });
             let axes = [0, 1, 2].map(|d| Axis::new(block.cells[d], coarsened[d], d == 1 && block.wraps));
@@ -342,7 +341,7 @@ impl Transfer {
         Csr::from_chunks(self.coarse(), chunks)
     }
 
-    /// What joins blocks and other nodes, on the coarse nodes: g v v' for v the difference of both ends.
+    /// Couplings between blocks and other nodes, on the coarse nodes: g v v' for v the difference of both ends.
     fn coarse_couplings(&self, couplings: &[(u32, u32, f64)]) -> Vec<(u32, u32, f64)> {
         let pieces: Vec<Vec<(u32, u32, f64)>> = couplings
             .par_chunks(CHUNK)

@@ -14,9 +14,13 @@ use sha2::{Digest, Sha256};
 use super::{CONDITION_NAMES, Column, Table, TextColumn};
 use coldplate_base::error::{Error, Result};
 
+/// Metadata key of the number of condition variables.
 const INPUTS: &str = "coldplate.inputs";
+/// Metadata key of a unit, without the column's name at its end.
 const UNIT: &str = "coldplate.unit.";
+/// Metadata key of a provenance entry, without the entry's own key at its end.
 const PROVENANCE: &str = "coldplate.provenance.";
+/// Metadata key of the digest.
 const DIGEST: &str = "coldplate.digest";
 /// Text before the digits of the digest. No other text of a file begins with it: the digest is found without its key.
 const SUM: &str = "coldplate-sha256:";

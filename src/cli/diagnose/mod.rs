@@ -1,4 +1,4 @@
-//! `coldplate diagnose`: what the simulation gets wrong, why, and how much better it gets.
+//! `coldplate diagnose`: errors of the simulation, their causes, and how much better the machine gets without them.
 
 mod text;
 
@@ -17,7 +17,7 @@ use coldplate_findings::input::{costs, kind_named, uncertain, user_kinds};
 use coldplate_jobs::refit;
 use coldplate_solve::sensitivity::{Study, Tables};
 
-/// What the simulation gets wrong against measured data, the cause by name, the extended machine and its gain
+/// Errors of the simulation against measured data: the cause by name, the extended machine and its gain
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Machine file
@@ -30,7 +30,7 @@ pub struct Args {
     /// Causes of your own: a file of [kind.NAME] tables
     #[arg(long, value_name = "FILE")]
     kinds: Option<PathBuf>,
-    /// What further tests and sensors cost, in any unit: a file with [test] and [sensor] tables
+    /// Costs of further tests and sensors, in any unit: a file with [test] and [sensor] tables
     #[arg(long, value_name = "FILE")]
     costs: Option<PathBuf>,
     /// Do not try a kind of cause, for example "radiative link"; may be repeated
@@ -46,16 +46,16 @@ pub struct Args {
     /// Write a report for readers who were not there: one HTML file
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
-    /// Draw what every cause gains, step by step: SVG or PNG by its name
+    /// Draw the gain of every cause, step by step: SVG or PNG by its name
     #[arg(long, value_name = "FILE")]
     chart: Option<PathBuf>,
     /// Fit surrogates of the machine as it is and of the extended one over the ranges of the machine file; write the latter here
     #[arg(long, value_name = "FILE")]
     surrogate: Option<PathBuf>,
-    /// Use every reading, faulty ones too (default: what is found to be faulty is named and left out)
+    /// Use every reading, faulty ones too (default: faulty readings are named and left out)
     #[arg(long)]
     keep_all: bool,
-    /// Look at every row of long logs, not at so many as tell everything
+    /// Use every row of long logs (default: a selection that determines the result as well)
     #[arg(long)]
     every_row: bool,
     /// Change a value of the machine file first
@@ -69,7 +69,7 @@ pub struct Args {
     full: bool,
 }
 
-/// Cells that suffice where only differences matter.
+/// Number of cells. Chosen: enough where only differences between machines matter, against time.
 const USUAL_CELLS: usize = 3000;
 
 /// Runs the command.
@@ -96,7 +96,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let uncertainty = measured::uncertainty(args.data.as_deref(), &args.machine, &data, machine, out)?;
     let start = given::start(&args.from)?;
     let mut uncertain = args.uncertain.iter().map(|text| uncertain(text, &study)).collect::<Result<Vec<_>>>()?;
-    // What the command says of a number takes the place of what the file says.
+    // A deviation on the command line replaces the one in the file.
     let of_file = study.uncertain()?.into_iter().filter(|own| uncertain.iter().all(|said| said.parameter.name != own.parameter.name));
     uncertain.extend(of_file.collect::<Vec<_>>());
     let user = match &args.kinds {

@@ -54,10 +54,10 @@ pub struct Args {
     /// Write the identified machine here; never over a file (default: it is not written)
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Use every reading, faulty ones too (default: what is found to be faulty is named and left out)
+    /// Use every reading, faulty ones too (default: faulty readings are named and left out)
     #[arg(long)]
     keep_all: bool,
-    /// Use every reading of long logs, not so many as tell everything
+    /// Use every reading of long logs (default: a selection that determines the result as well)
     #[arg(long)]
     every_row: bool,
     /// Change a value of the machine file first
@@ -93,7 +93,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     };
     if args.free.is_empty() && args.scan.is_empty() {
         let usual: Vec<String> = study.usual_parameters().iter().filter(|p| p.variable().is_none()).map(|p| p.name.clone()).collect();
-        return Err(Error::input("it is not said what to find").at_key("--free").help(format!(
+        return Err(Error::input("no number to find is named").at_key("--free").help(format!(
             "name numbers of the machine file, for example --free \"{}\"; often: {}",
             usual.first().map_or("contact.NAME.conductance", String::as_str),
             usual.join(", ")

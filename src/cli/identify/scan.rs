@@ -93,7 +93,7 @@ fn figure(problem: &Problem, found: &Scan, axes: &[(Parameter, Vec<f64>); 2]) ->
             .map(|at| shown(if along == 0 { found.predictions[at][j][n] } else { found.predictions[i][at][n] }));
         Trace { name: name(r, k), predicted: predicted.collect(), measured: shown(readings[n]) }
     };
-    // What moves by less than a twentieth of a kelvin over the whole axis says nothing there.
+    // A reading that moves by less than a twentieth of a kelvin over the whole axis says nothing there.
     let moves = |t: &Trace| {
         let finite = || t.predicted.iter().copied().filter(|v| v.is_finite());
         finite().fold(f64::MIN, f64::max) - finite().fold(f64::MAX, f64::min) > 0.05

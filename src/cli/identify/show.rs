@@ -11,12 +11,14 @@ use coldplate_evidence::identify::{Advice, Estimate, Problem, Profile};
 use coldplate_evidence::measurement::faults::{self, Fault};
 use coldplate_evidence::measurement::{Data, whiten};
 
-/// A sensor whose own error comes out larger than this many of its stated deviations is named.
+/// Estimated error of a sensor, in stated standard deviations, above which the sensor is named. Chosen: smaller ones
+/// may be chance.
 const TOLD: f64 = 2.0;
-/// One whose readings scatter by more than this many times what is stated likewise.
+/// Ratio of a sensor's scatter to the stated noise above which the sensor is named, dimensionless. Chosen: smaller
+/// ones may be chance.
 const LOUD: f64 = 1.25;
 
-/// What was found, for a reader and for programs.
+/// Results of an identification, for a reader and for programs.
 pub(super) struct Found<'a> {
     pub(super) problem: &'a Problem,
     pub(super) estimate: &'a Estimate,
@@ -131,7 +133,7 @@ impl Found<'_> {
         text + &format!("{:.2} s, {} predictions\n", self.seconds, estimate.evaluations)
     }
 
-    /// What the stated errors do not explain.
+    /// The model error in words: the part of the residuals that the stated errors do not explain.
     fn model_error(&self) -> String {
         let (data, estimate) = (&self.problem.data, self.estimate);
         let mut text = String::new();

@@ -109,8 +109,8 @@ fn outside_text(outside: &[Outside]) -> String {
     outside.iter().map(outside_sentence).collect::<String>() + "Uncertain: the surrogate says nothing there.\n"
 }
 
-/// An end of an interval to some 1e-5 of the fitted range, rounded into the interval, so that a
-/// reader who types it in gets what was promised.
+/// An end of an interval, to about 1e-5 of the fitted range, rounded into the interval: a reader who types it in gets
+/// the verdict that was promised.
 fn rounded_up(low: f64, high: f64, range: f64) -> String {
     rounded(low, high, range, f64::ceil, low)
 }

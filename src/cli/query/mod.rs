@@ -30,8 +30,8 @@ pub struct Args {
     /// The condition.
     #[command(flatten)]
     pub condition: ConditionArgs,
-    /// Find the smallest value of this variable that makes the condition acceptable; NAME=LOW..HIGH looks there only. Of
-    /// two, A,B, the smallest of A for values of B
+    /// Find the smallest value of this variable that makes the condition acceptable; NAME=LOW..HIGH looks there only.
+    /// With two, A,B, find the smallest A for values of B
     #[arg(long, value_name = "NAME[,NAME..]", value_delimiter = ',', conflicts_with = "csv")]
     pub free: Vec<String>,
     /// Among the acceptable conditions, the one that makes a formula smallest, as "coolant_flow_L_min^3"; variables that
@@ -39,11 +39,11 @@ pub struct Args {
     /// and smallest_margin
     #[arg(long, value_name = "FORMULA", conflicts_with_all = ["csv", "maximise"])]
     pub minimise: Option<String>,
-    /// The same for the largest value of a formula
+    /// Among the acceptable conditions, the one that makes a formula largest
     #[arg(long, value_name = "FORMULA", conflicts_with = "csv")]
     pub maximise: Option<String>,
-    /// Which variable and which uncertain number decides: Sobol' indices of every point and limit over the ranges of the
-    /// variables that are not given
+    /// Find which variable and which uncertain number decides: Sobol' indices of every point and limit over the ranges
+    /// of the variables that are not given
     #[arg(long, conflicts_with_all = ["csv", "free", "minimise", "maximise"])]
     pub indices: bool,
     /// Probability with which a verdict is said: above 0.5, below 1

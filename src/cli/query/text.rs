@@ -1,4 +1,4 @@
-//! What a query says at the terminal: the condition, the points with their bands, the limits, the verdict in words.
+//! Answers to a query for the terminal: the condition, the points with their bands, the limits, the verdict in words.
 
 use crate::cli::text::table;
 use coldplate_base::numbers::{compact, significant};
@@ -6,7 +6,7 @@ use coldplate_surrogate::fit::model::{Held, MOVED};
 use coldplate_surrogate::verdict::indices::{Indices, Quantity};
 use coldplate_surrogate::verdict::{Acceptability, Answer, ChanceAnswer, LimitAnswer, Outside, Settling, Surrogate, Temperature};
 
-/// Shares of a variance smaller than this are not shown.
+/// Least share of a variance that is shown, dimensionless. Chosen: smaller ones decide nothing.
 const LEAST_SHARE: f64 = 0.02;
 
 /// The whole answer at one condition.
@@ -58,7 +58,8 @@ pub(super) fn text(surrogate: &Surrogate<'_>, answer: &Answer) -> String {
     text + &answer.chance.as_ref().filter(|_| answer.in_domain && answer.binding.is_some()).map_or_else(String::new, reasons)
 }
 
-/// Decimals that mean something: two digits of the half width of a band, three for a surrogate that knows its fit alone.
+/// Number of meaningful decimals: two digits of the half width of a band, three for a surrogate without uncertainty of
+/// the machine.
 fn decimals(answer: &Answer, half_width: f64) -> usize {
     if answer.chance.is_some() { decimals_of(half_width) } else { 3 }
 }
@@ -67,7 +68,7 @@ fn decimals_of(half_width: f64) -> usize {
     if half_width > 0.0 && half_width.is_finite() { (1.0 - half_width.log10().floor()).clamp(0.0, 3.0) as usize } else { 3 }
 }
 
-/// Values with their bands and what these are made of.
+/// Values with their bands and the parts of these.
 fn temperatures_in_parts(points: &[Temperature]) -> String {
     let row = |p: &Temperature| {
         let digits = decimals_of((p.high - p.low) / 2.0);
@@ -89,7 +90,7 @@ pub(super) fn percent(probability: f64) -> String {
     }
 }
 
-/// What the uncertainty of the limit that decides is made of, and what would settle it.
+/// Parts of the uncertainty of the limit that decides, and the reading that would settle it.
 fn reasons(chance: &ChanceAnswer) -> String {
     let large: Vec<String> = (chance.deciding.iter())
         .filter(|own| own.share >= 0.05)
@@ -138,7 +139,7 @@ fn sentence(answer: &Answer) -> String {
     }
 }
 
-/// What decides each point and limit, as shares of its variance.
+/// Sobol' indices of each point and limit, as shares of its variance.
 pub(super) fn of_indices(surrogate: &Surrogate<'_>, given: &[(String, String)], found: &Indices) -> String {
     let open = surrogate.variables().filter(|v| given.iter().all(|(name, _)| name != v.name));
     let ranges: Vec<String> = open.map(|v| format!("{} {} to {} {}", v.name, plain(v.low), plain(v.high), v.unit)).collect();

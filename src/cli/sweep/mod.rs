@@ -64,7 +64,7 @@ pub(super) struct Cluster {
     sbatch: Vec<String>,
 }
 
-/// What may stand in place of the sweep file.
+/// Subcommands in place of the sweep file.
 #[derive(Debug, clap::Subcommand)]
 enum Step {
     /// Bring the journals of the parts together and write the tables, as --merge does
@@ -93,7 +93,7 @@ struct Merge {
     full: bool,
 }
 
-/// The folder for the results of a sweep file: the one that was named, or `out/NAME`.
+/// The folder for the results of a sweep file: the named one, or `out/NAME`.
 pub(super) fn folder_of(sweep: &Path, named: Option<&Path>) -> PathBuf {
     named.map_or_else(|| Path::new("out").join(sweep.file_stem().unwrap_or("sweep".as_ref())), Path::to_path_buf)
 }
@@ -156,7 +156,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     Ok(0)
 }
 
-/// What was run, as text and as a record.
+/// Report of the sweep, as text and as a record.
 fn told(sweep: &Sweep, swept: &Swept, adaptation: Option<&Adaptation>, start: Instant) -> (String, SweepRecord) {
     let total = swept.plan.conditions.len();
     let record = swept.record(sweep, start.elapsed().as_secs_f64());
@@ -180,7 +180,7 @@ fn told(sweep: &Sweep, swept: &Swept, adaptation: Option<&Adaptation>, start: In
     (text, record)
 }
 
-/// What was run, and how it came to its accuracy.
+/// Record of the sweep, and of its rounds if it had an accuracy.
 #[derive(serde::Serialize)]
 struct WithRounds {
     #[serde(flatten)]
@@ -189,7 +189,7 @@ struct WithRounds {
     adaptive: Option<Adaptation>,
 }
 
-/// The rounds of a sweep that went on until it was accurate enough, a line each, and what came of it.
+/// The rounds of an adaptive sweep, a line each, and the result.
 pub fn rounds(found: &Adaptation) -> String {
     let lines: String = found.rounds.iter().map(|round| format!("{}\n", round.line())).collect();
     format!("{lines}{}\n\n", found.sentence())
@@ -202,7 +202,7 @@ pub fn warn_of(found: &Adaptation, out: Output) {
     }
 }
 
-/// What the user should know beside the result.
+/// Notes for the user beside the result.
 pub fn notes(swept: &Swept, out: Output) {
     for line in &swept.damaged_lines {
         out.note(&format!("note: line {line} of the journal was damaged; its condition was run again"));

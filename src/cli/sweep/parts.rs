@@ -16,7 +16,7 @@ use coldplate_explore::sweep::shards::{self, Shard};
 use coldplate_explore::sweep::sweep_file::Sweep;
 use coldplate_explore::sweep::{Definition, SweepOptions};
 
-/// What the command of a part repeats of the one that was typed.
+/// Arguments that the command of a part repeats from the one that was typed.
 pub(crate) struct Typed<'a> {
     pub sweep: &'a Path,
     pub cells: Option<usize>,
@@ -81,19 +81,21 @@ fn shell(words: &[String]) -> String {
     words.iter().map(quoted).collect::<Vec<_>>().join(" ")
 }
 
-/// Between two looks at the queue and the journals, and longer for each part: a thousand are looked at every twelve seconds.
+/// Time between two looks at the queue and the journals. Chosen: late results against load on the cluster.
 const POLL: Duration = Duration::from_secs(2);
+/// Further time for each part. Chosen: a thousand parts are looked at every twelve seconds.
 const POLL_PER_PART: Duration = Duration::from_millis(10);
 
-/// Conditions for each task where nobody says how many tasks there are, so that a task is longer than its start.
+/// Number of conditions for each task, unless the user gives a number of tasks. Chosen: a task takes longer than its
+/// start.
 const CONDITIONS_PER_TASK: usize = 10;
-/// The most tasks then: Slurm takes arrays up to 1001 unless it is told otherwise.
+/// Most tasks, unless the user gives a number: Slurm takes arrays up to 1001 by default.
 const MOST_TASKS: usize = 1000;
 
-/// Runs the parts on a cluster where that is asked for, and brings their journals together in the one of the sweep.
+/// Runs the parts on a cluster if that is asked for, and brings their journals together in the one of the sweep.
 ///
 /// # Errors
-/// What [`cluster::run`] has.
+/// Errors of [`cluster::run`].
 pub(crate) fn on_slurm(
     sweep: &Sweep,
     typed: &Typed<'_>,
@@ -115,7 +117,7 @@ pub(crate) fn on_slurm(
     cluster::run(sweep, folder, &options, &out.progress()).map(Some)
 }
 
-/// Writes the tables of what a cluster has run, and says what it was.
+/// Writes the tables of a sweep that ran on a cluster, and reports it.
 pub(super) fn told_of_slurm(sweep: &Sweep, folder: &Path, slurm: ClusterRecord, start: Instant, out: Output) -> Result<u8> {
     let swept = sweep.tables(folder)?;
     notes(&swept, out);
@@ -130,7 +132,7 @@ pub(super) fn told_of_slurm(sweep: &Sweep, folder: &Path, slurm: ClusterRecord, 
     Ok(0)
 }
 
-/// What was run, and by which jobs.
+/// Record of a sweep that ran on a cluster, with the jobs.
 #[derive(Serialize)]
 struct WithCluster {
     #[serde(flatten)]
@@ -155,7 +157,7 @@ pub(super) fn merge(sweep: &Sweep, folder: &Path, journals: &[PathBuf], out: Out
     Ok(0)
 }
 
-/// What was run, and what it was brought together from.
+/// Record of a sweep brought together from journals.
 #[derive(Serialize)]
 struct WithMerged {
     #[serde(flatten)]

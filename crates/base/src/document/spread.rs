@@ -2,7 +2,7 @@
 
 use crate::units;
 
-/// How uncertain a number is.
+/// Uncertainty of a number.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Spread {
     /// A standard deviation as a share of the number.

@@ -72,6 +72,7 @@ pub fn quoted(name: &str) -> String {
 }
 
 pub(super) fn abbreviate(text: &str) -> String {
+    /// Longest value that is shown whole, in characters. Chosen: about one line of a terminal.
     const MOST: usize = 120;
     if text.chars().count() <= MOST { text.to_string() } else { text.chars().take(MOST).chain("...".chars()).collect() }
 }

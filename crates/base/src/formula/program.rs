@@ -24,6 +24,7 @@ pub(super) enum Function {
     Tanh,
 }
 
+/// Functions of one argument, in the order of [`FUNCTIONS`].
 const ONE_ARGUMENT: [Function; 9] = [
     Function::Sqrt,
     Function::Exp,
@@ -183,6 +184,7 @@ fn tokens(text: &str) -> Result<Vec<(usize, Token)>> {
     Ok(found)
 }
 
+/// Help text on the grammar of formulas.
 const HELP: &str =
     "a formula is made of numbers, names, + - * / ^ ( ), sqrt exp ln log10 abs sin cos tan tanh, min(a, b), max(a, b) and pi";
 

@@ -72,6 +72,7 @@ const QUANTITIES: &[(Dimension, &str, &str)] = &[
     (Dimension::RESISTANCE, "resistance", "Ohm"),
 ];
 
+/// m²/s
 const KINEMATIC_VISCOSITY: Dimension = Dimension::of(2, 0, -1, 0);
 
 /// All symbols, sorted by quantity.

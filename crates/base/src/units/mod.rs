@@ -339,7 +339,7 @@ fn factor(unit_text: &str, expected: Dimension) -> Result<f64> {
     if let Some((above, below)) = unit_text.split_once('/').filter(|(_, below)| !below.contains(['(', '/'])) {
         let bracketed = format!("{above}/({})", spaced(below));
         if unit(&bracketed).is_ok_and(|(_, found)| found == wanted) {
-            return Err(error.help(format!("write {bracketed}: what stands behind a slash alone divides")));
+            return Err(error.help(format!("write {bracketed}: only the factor right behind a slash divides")));
         }
     }
     Err(error.help(format!("expected for example {}", expected.example())))

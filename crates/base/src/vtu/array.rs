@@ -190,6 +190,7 @@ impl Coding {
     }
 }
 
+/// Help text for a damaged file.
 const AGAIN: &str = "copy or save the file again";
 
 fn cut() -> Error {

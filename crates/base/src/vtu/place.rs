@@ -34,7 +34,9 @@ const SLACK: f64 = 0.01;
 /// Triangles and tetrahedra of a VTK cell type, as places among its corners; the middle nodes of edges, which follow
 /// the corners, are not used.
 fn simplices(shape: u8) -> &'static [&'static [usize]] {
+    /// Six tetrahedra that fill a hexahedron, by its corners in VTK's order.
     const HEXAHEDRON: &[&[usize]] = &[&[0, 1, 2, 6], &[0, 2, 3, 6], &[0, 3, 7, 6], &[0, 7, 4, 6], &[0, 4, 5, 6], &[0, 5, 1, 6]];
+    /// Six tetrahedra that fill a voxel, by its corners in VTK's order.
     const VOXEL: &[&[usize]] = &[&[0, 1, 3, 7], &[0, 3, 2, 7], &[0, 2, 6, 7], &[0, 6, 4, 7], &[0, 4, 5, 7], &[0, 5, 1, 7]];
     match shape {
         5 | 22 | 34 => &[&[0, 1, 2]],

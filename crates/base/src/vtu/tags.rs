@@ -76,6 +76,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<(Coding, Vec<Piece>)> {
     Ok((coding, pieces))
 }
 
+/// Help text for a file of another kind.
 const AGAIN: &str = "save it again as an unstructured grid (.vtu)";
 
 fn no_grid(begin: &[u8]) -> Error {

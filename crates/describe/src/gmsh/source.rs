@@ -100,7 +100,7 @@ impl<'a> Source<'a> {
             return Err(self.ended());
         }
         Err(self
-            .error(format!("{mark} is wanted here: the section does not hold what it says"))
+            .error(format!("{mark} is wanted here: the section does not have the length that it states"))
             .help("the file is damaged; save the mesh again"))
     }
 

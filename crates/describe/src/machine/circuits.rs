@@ -250,7 +250,7 @@ fn ordered<'a>(root: &Section<'a>) -> Result<Vec<(String, Section<'a>)>> {
             let circle: Vec<&str> = waiting.iter().map(|(name, _)| name.as_str()).collect();
             return Err(waiting[0]
                 .1
-                .error_at("from", "these circuits feed one another in a circle, so that nothing says what flows in")
+                .error_at("from", "these circuits feed one another in a circle: no flow into them is given")
                 .help(format!("give one of them a flow and an inlet_temperature instead of 'from': {}", circle.join(", "))));
         };
         found.push(waiting.remove(next));
@@ -271,7 +271,7 @@ fn intake(section: &Section<'_>, from: Vec<usize>, symbols: &Symbols) -> Result<
         return Ok(Intake::Stated { flow, temperature: formula_or(section, &keys::INLET_TEMPERATURE, symbols)? });
     }
     if section.has(keys::INLET_TEMPERATURE.name) {
-        let what = "what comes from another circuit has the temperature it leaves that with";
+        let what = "the inflow from another circuit has the temperature at which it leaves that circuit";
         return Err(section.error_at(keys::INLET_TEMPERATURE.name, what).help("leave out this key, or 'from'"));
     }
     let flow = section.opt(keys::FLOW.name).map(|value| formula(&value, Dimension::VOLUME_FLOW, symbols)).transpose()?;

@@ -17,9 +17,11 @@ const SHARPEST: f64 = 0.866;
 /// Distance from a face up to which a path counts as ending at the face, m. Chosen: far below a drawing's accuracy,
 /// above rounding.
 const AT_FACE: f64 = 1e-6;
-/// RING: number of points around the wall of a bore at one station. MOST_STATIONS: largest number of stations along a
-/// leg. Both are counts, chosen between the time of the check and the size of a breakthrough that it can miss.
+/// Number of points around the wall of a bore at one station (count). Chosen: time of the check against the size of a
+/// breakthrough that it can miss.
 const RING: usize = 24;
+/// Largest number of stations along a leg (count). Chosen: time of the check against the size of a breakthrough that it
+/// can miss.
 const MOST_STATIONS: usize = 2000;
 
 type Point = [f64; 3];

@@ -328,7 +328,7 @@ pub(super) fn radiation_links(root: &Section<'_>, index: &Index<'_>) -> Result<V
         let between = pair(&section, index)?;
         let view_factor = section.number("view_factor")?;
         if !(view_factor > 0.0 && view_factor <= 1.0) {
-            let help = "the share of what leaves the first surface that reaches the second; two parallel squares a tenth of their side apart: 0.83";
+            let help = "the share of the first surface's radiation that reaches the second; two parallel squares a tenth of their side apart: 0.83";
             return Err(section.error_at("view_factor", "a view factor lies above 0 and at most at 1").help(help));
         }
         let emissivity = two_emissivities(&section.value("emissivity")?)?;

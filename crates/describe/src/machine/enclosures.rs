@@ -104,6 +104,7 @@ pub(super) fn enclosures(root: &Section<'_>, index: &Index<'_>, wall: Option<(f6
     Ok(found)
 }
 
+/// Help text with an example of surfaces.
 const EXAMPLE: &str = "write surfaces = [{ face = \"plate.+z\", emissivity = 0.6 }, { face = \"lid.-z\", emissivity = 0.3 }]";
 
 /// Whether two places have a face or node in common.
@@ -224,7 +225,7 @@ fn views(section: &Section<'_>, surfaces: &[EnclosureSurface]) -> Result<Views> 
         if !(0.0..=1.0).contains(&number) {
             return Err(value
                 .error("a view factor lies between 0 and 1")
-                .help("the share of what leaves the row's surface that reaches the column's; \"?\" where it follows from the others"));
+                .help("the share of the row's radiation that reaches the column's surface; \"?\" if it follows from the others"));
         }
         Ok(Some(number))
     };

@@ -110,9 +110,9 @@ fn material(name: String, section: Section<'_>, known: &[Material]) -> Result<Ma
     Ok(Material { name, conductivity, density, specific_heat, elastic, source })
 }
 
-/// Limits of a solid's elastic numbers. LARGEST_EXPANSION: coefficient of linear thermal expansion, 1/K. MODULI:
-/// Young's modulus, Pa. Chosen: both catch a wrong unit and allow every solid.
+/// Largest coefficient of linear thermal expansion, 1/K. Chosen: catches a wrong unit and allows every solid.
 const LARGEST_EXPANSION: f64 = 1e-2;
+/// Range of Young's modulus, Pa. Chosen: catches a wrong unit and allows every solid.
 const MODULI: std::ops::RangeInclusive<f64> = 1e3..=1e13;
 
 /// Expansion and stiffness; numbers that are not given come from the base.

@@ -175,7 +175,7 @@ pub struct Part {
     pub element_scale: f64,
     /// Radiation of the part's outer surface to the chamber.
     pub surface: Surface,
-    /// Temperature at the start of a schedule or log, K, where the file states one.
+    /// Temperature at the start of a schedule or log, K, if the file states one.
     pub start: Option<Formula>,
     /// Area that the user states for the part's heat-transfer face, m²; compared with the true contact area.
     pub stated_flux_area: Option<f64>,
@@ -258,6 +258,6 @@ pub struct LumpedNode {
     pub fixed: Option<Formula>,
     /// Emissivity, whether effective, and area (m²) radiating to the chamber.
     pub radiation: Option<(f64, bool, f64)>,
-    /// Temperature at the start of a schedule or log, K, where the file states one.
+    /// Temperature at the start of a schedule or log, K, if the file states one.
     pub start: Option<Formula>,
 }

@@ -104,9 +104,9 @@ pub(super) fn limits(root: &Section<'_>, points: &[(String, Dimension)], variabl
                 if points[point].1 == Dimension::TEMPERATURE && maximum < COLDEST {
                     let error =
                         section.error_at("maximum", format!("a maximum of {:.0} degC is colder than any machine", celsius(maximum)));
-                    return Err(error.help(format!(
-                        "write it in degC; what may not rise by more above another temperature is a rise: rise = \"{maximum} K\""
-                    )));
+                    return Err(
+                        error.help(format!("write it in degC; to limit the rise above another temperature, write rise = \"{maximum} K\""))
+                    );
                 }
                 (LimitKind::Maximum { point }, maximum)
             }

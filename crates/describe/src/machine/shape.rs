@@ -195,6 +195,7 @@ fn sampled(a: &Shape, b: &Shape) -> bool {
 
 /// Points spread over the inside of a shape.
 fn points(shape: &Shape) -> impl Iterator<Item = [f64; 3]> + '_ {
+    /// Number of points along each axis (count). Chosen: time against the size of an overlap that can be missed.
     const N: usize = 12;
     let part = |i: usize| (i as f64 + 0.5) / N as f64;
     (0..N * N * N).map(move |i| {

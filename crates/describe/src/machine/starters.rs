@@ -37,6 +37,7 @@ pub const STARTERS: &[Starter] = &[
     },
 ];
 
+/// Template of the sweep file.
 const SWEEP: &str = include_str!("../../data/starters/sweep.toml");
 
 /// The starter of this name.

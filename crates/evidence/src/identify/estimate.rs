@@ -21,13 +21,13 @@ const RENEWED: f64 = 1e-2;
 /// Most renewals of the covariance, count. Chosen: each costs a search.
 const MOST_RENEWALS: usize = 5;
 /// A direction whose standard deviation is larger than this share of the value counts as open. Chosen, and stated in
-/// docs/identify.md.
+/// docs/method/identification.md.
 const OPEN: f64 = 0.5;
 /// Error allowed in each time step of a log while other starts are tried, over that of the estimate; dimensionless. Chosen: a
 /// larger one is faster and hides shallow minima.
 const EXPLORED: f64 = 10.0;
 /// Probability of the misfit, with the model error that was learnt, below which the intervals are widened by the root of its
-/// ratio to the expected one. Chosen, and stated in docs/identify.md.
+/// ratio to the expected one. Chosen, and stated in docs/method/identification.md.
 const HELD: f64 = 0.01;
 /// Largest error of predictions on the reduced model at the values found, K. Chosen: far below the noise of thermometers; a
 /// larger one saves full solves.
@@ -141,7 +141,7 @@ pub struct ModelError {
 /// until the estimate rests.
 ///
 /// # Errors
-/// Nothing to find, the same twice, or no data; the machine cannot be solved where the search begins.
+/// No free parameter, one named twice, or no data; the machine cannot be solved at the start of the search.
 pub fn identify(problem: &Problem, options: &IdentifyOptions, progress: &dyn Progress) -> Result<Estimate> {
     found(problem, options, false, progress)
 }
@@ -235,7 +235,7 @@ fn searched(problem: &Problem, options: &IdentifyOptions, learns: bool, progress
         return Ok(summary(&search, &nominal, ended, Vec::new(), false, costs));
     }
     let probability = explained(&search, &best, &whitener);
-    // As many readings as parameters do not inform about the model.
+    // No more readings than parameters do not inform about the model.
     let ended = if probability < ALLOWED && search.readings.len() > problem.free.len() {
         progress.say("the model's own error");
         learnt(&mut search, &nominal, &best, probability)?.map(|learnt| Ended::learnt(&search, learnt))

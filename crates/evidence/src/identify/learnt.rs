@@ -13,7 +13,7 @@ use crate::sandwich::{Sandwich, worth};
 use coldplate_base::error::Result;
 
 /// Probability of the misfit below which a model error is looked for. Chosen: the usual level of significance, stated in
-/// docs/identify.md.
+/// docs/method/identification.md.
 pub(super) const ALLOWED: f64 = 0.05;
 /// Probability of the misfit below which chance is excluded. Chosen: a larger one lets chance widen the intervals of logs.
 const CERTAIN: f64 = 1e-3;

@@ -25,7 +25,7 @@ const BETWEEN: [f64; 2] = [0.5, 2.0 / 3.0];
 /// chosen: imported meshes keep their cells.
 const LEAST_FINER: f64 = 0.9;
 /// Largest change of the mesh correction, as a share of the allowed mesh error, from one machine to another much like it
-/// without a new solution of all meshes. Chosen: with half of the noise allowed it is a tenth of the noise (docs/diagnosis.md).
+/// without a new solution of all meshes. Chosen: with half of the noise allowed it is a tenth of the noise (docs/method/diagnosis.md).
 const MOST_CHANGED: f64 = 0.2;
 
 /// The share of the mesh in predictions.

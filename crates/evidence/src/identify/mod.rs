@@ -48,12 +48,12 @@ pub use steady::{conditions, states, steady_near, steady_within};
 pub use write::{model_error_line, write_machine};
 
 /// Range of a positive parameter without bounds: from its value over this factor to its value times this factor. Chosen, and
-/// stated in docs/identify.md.
+/// stated in docs/method/identification.md.
 const FARTHEST: f64 = 100.0;
 /// Error allowed in each time step of a log, over that of runs that are only compared with readings. Dimensionless; chosen:
 /// derivatives are differences of runs and need smaller errors.
 const BESIDE_RUNS: f64 = 0.1;
-/// Size of a temperature for the test whether the data determine it, K. Chosen: half of it counts as open (docs/identify.md).
+/// Size of a temperature for the test whether the data determine it, K. Chosen: half of it counts as open (docs/method/identification.md).
 const OPEN_KELVIN: f64 = 10.0;
 
 /// A parameter that is to be found.
@@ -139,7 +139,7 @@ impl Free {
             }
             if !(free.bounds.0..=free.bounds.1).contains(&value) {
                 let shown = [free.bounds.0, free.bounds.1].map(|v| free.parameter.shown(v));
-                return Err(Error::input("what is known beforehand lies outside the bounds")
+                return Err(Error::input("the value of the prior lies outside the bounds")
                     .at_key(&free.parameter.name)
                     .read(rest)
                     .help(format!("the bounds are {} to {} {}", shown[0], shown[1], free.parameter.unit)));

@@ -8,7 +8,7 @@ use coldplate_base::progress::{Progress, Silent};
 
 /// Misfit above the least one at the ends of a 95 % interval: quantile of chi-square with one degree of freedom, dimensionless.
 const RISE_95: f64 = 3.841_459;
-/// Points along a parameter to either side, in standard deviations. Chosen, and stated in docs/identify.md.
+/// Points along a parameter to either side, in standard deviations. Chosen, and stated in docs/method/identification.md.
 const PLACES: [f64; 3] = [1.0, 2.0, 3.0];
 
 /// The profile of one parameter.

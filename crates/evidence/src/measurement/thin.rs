@@ -10,7 +10,7 @@
 use super::{Data, Row};
 
 /// Readings of logs that are looked at, count: further rows between others repeat the information. Chosen with the days of two
-/// heaters on a board in view (docs/diagnosis.md).
+/// heaters on a board in view (docs/record/diagnosis-measured.md).
 pub const MOST_READINGS: usize = 1200;
 /// Deviation of a condition from a straight line between two rows, as a share of its range in the log, above which a row is
 /// kept. Chosen: a smaller one costs time steps.

@@ -101,7 +101,7 @@ impl Uncertainty {
     /// ```
     ///
     /// # Errors
-    /// As [`Uncertainty::beside`].
+    /// Errors of [`Uncertainty::beside`].
     pub fn read(path: &Path, data: &Data, machine: &Machine) -> Result<Self> {
         let document = Document::read(path)?;
         let root = document.root();
@@ -111,7 +111,7 @@ impl Uncertainty {
             Some(kind) => [RECTANGULAR, 1.0][kind.choice(&["limits", "standard deviations"])?],
             None => {
                 return Err(root
-                    .error("it is not said what the numbers are")
+                    .error("the kind of the numbers is missing")
                     .help("write kind = \"limits\" or kind = \"standard deviations\""));
             }
         };

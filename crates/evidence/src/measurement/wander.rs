@@ -16,7 +16,7 @@ use super::filter::Wandering;
 use super::{Data, Uncertainty, whiten};
 
 /// Correlation time over the length of a test if none is learnt; dimensionless. Chosen with data such as those of the hot-water
-/// pipe in view (docs/diagnosis.md).
+/// pipe in view (docs/record/diagnosis-measured.md).
 pub const CORRELATION: f64 = 0.02;
 
 /// Every sensor's clock error in each test (columns of unit variance, one entry per reading, K), and its wandering error.

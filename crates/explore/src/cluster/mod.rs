@@ -157,7 +157,7 @@ impl<'a> Campaign<'a> {
             rounds.push(Round { job, tasks: tasks.len(), incomplete, brought, avoided: avoided.clone() });
             let more = failed_nodes(&ended, &lacking);
             if let Some(first) = more.iter().find(|node| !avoided.contains(*node)) {
-                self.progress.say(&format!("tasks failed on {first}: what they left is run on other nodes"));
+                self.progress.say(&format!("tasks failed on {first}: their open conditions are run on other nodes"));
             }
             retry = Retry::Of(doubtful(&ended, &more));
             avoided.extend(more);
@@ -213,7 +213,7 @@ impl<'a> Campaign<'a> {
         }
         let text = input::text(&path)?;
         let found = serde_json::from_str(&text).map_err(|e| {
-            Error::input(format!("what is under way cannot be read: {e}")).in_file(&path).help("delete the file once no job of it runs")
+            Error::input(format!("the record of the job cannot be read: {e}")).in_file(&path).help("delete the file once no job of it runs")
         })?;
         Ok(Some(found))
     }
@@ -270,11 +270,11 @@ impl<'a> Campaign<'a> {
         let error = Error::input(format!(
             "{MOST_IDLE} times in a row no task solved anything; {} parts are not done, their tasks ended: {}{said}",
             lacking.len(),
-            if how.is_empty() { "nobody knows how".into() } else { how.join(", ") }
+            if how.is_empty() { "their states are unknown".into() } else { how.join(", ") }
         ));
         log.into_iter()
             .fold(error, |error, log| error.in_file(log))
-            .help("mend what the log says and start it again: what is solved is kept")
+            .help("remove the cause that the log names and start it again: solved conditions are kept")
     }
 }
 

@@ -5,10 +5,9 @@ use std::process::Command;
 
 use coldplate_base::error::{Error, Result};
 
-/// States of a task that has ended, as `squeue` prints them. From Slurm's list of job states.
+/// States of a task that has ended, in Slurm's words.
 const ENDS: [&str; 9] = ["BOOT_FAIL", "CANCELLED", "COMPLETED", "DEADLINE", "FAILED", "NODE_FAIL", "OUT_OF_MEMORY", "PREEMPTED", "TIMEOUT"];
-/// Reasons, as `squeue` prints them, of a task that waits and will not begin until somebody releases it. From Slurm's list of
-/// job reasons.
+/// Reasons, in Slurm's words, of a task that waits and will not begin until somebody releases it.
 const HELD: [&str; 2] = ["launch failed requeued held", "JobHoldMaxRequeue"];
 
 /// A task of a job array.

@@ -35,14 +35,14 @@ use licence::Licence;
 use process::Ended;
 use template::Template;
 
-/// Time limit for a program that prints its version. Chosen: licence servers may answer slowly.
+/// Time limit for a program that prints its version. Chosen: a program that hangs holds up the sweep for so long.
 const VERSION_LIMIT: Duration = Duration::from_secs(60);
-/// Longest line of a program's output that a reason repeats, count of characters. Chosen: fits into a table of failures.
+/// Longest line of a program's output that a reason repeats, count of characters. Chosen: longer ones fill the tables.
 const LONGEST_LINE: usize = 200;
 /// Name and version of the format of cached results.
 const FORMAT: &str = "coldplate solver 1";
 /// Remedy for a full disk.
-const ROOM: &str = "make room and start again: what the journal holds is kept";
+const ROOM: &str = "make room and start again: results in the journal are kept";
 
 /// Counts the folders of runs of this process.
 static RUNS: AtomicUsize = AtomicUsize::new(0);
@@ -120,7 +120,7 @@ impl Program {
     /// Asks the program for its version, in a folder with the files that every run gets.
     ///
     /// # Errors
-    /// It cannot be run, takes longer than a minute or prints nothing; a file cannot be copied.
+    /// The program cannot be run, takes longer than a minute or prints nothing; a file cannot be copied.
     pub fn ask_version(&mut self) -> Result<()> {
         let Some(command) = &self.version.command else { return Ok(()) };
         let folder = std::env::temp_dir().join(run_name("version"));
@@ -292,6 +292,7 @@ fn printed(folder: &Path, name: &str) -> String {
 /// Checks that a program could write here: on a full disk the failure is not one of the condition. The program may have
 /// reported the full disk itself, and there may be room again since, because neighbouring runs make room when they end.
 fn has_room(folder: &Path) -> Result<()> {
+    /// Size of the file that is written as a test, bytes. Chosen: larger than a block of usual file systems.
     const PROBE: usize = 64 << 10;
     /// Messages of the C library, as most programs repeat them.
     const FULL: [&str; 2] = ["No space left on device", "Disk quota exceeded"];

@@ -124,7 +124,7 @@ fn place(section: &Section<'_>) -> Result<Place> {
 /// Reads a regular expression; `^` and `$` mean lines.
 ///
 /// # Errors
-/// It cannot be read.
+/// The expression cannot be read.
 pub(super) fn expression(value: &Value<'_>) -> Result<Regex> {
     let built = regex::RegexBuilder::new(&value.text()?).multi_line(true).build();
     built.map_err(|e| {
@@ -170,7 +170,7 @@ fn pointed(text: &str, pointer: &str) -> Found {
     match json.pointer(pointer) {
         None => Err(format!("there is nothing at {pointer}")),
         Some(serde_json::Value::String(text)) => Ok((number(text)?, None)),
-        Some(value) => Ok((value.as_f64().ok_or_else(|| format!("what stands at {pointer} is no number"))?, None)),
+        Some(value) => Ok((value.as_f64().ok_or_else(|| format!("the value at {pointer} is no number"))?, None)),
     }
 }
 

@@ -68,7 +68,7 @@ pub(super) fn may_come(status: ExitStatus) {
 /// Checks that this process was not told to stop.
 ///
 /// # Errors
-/// It was told to stop.
+/// This process was told to stop.
 pub(super) fn check() -> Result<()> {
     if is_asked() { Err(stopped(Path::new("."))) } else { Ok(()) }
 }
@@ -76,5 +76,5 @@ pub(super) fn check() -> Result<()> {
 /// Error that ends a sweep that is told to stop.
 pub(super) fn stopped(folder: &Path) -> Error {
     Error::file("go on in", folder, io::Error::from(io::ErrorKind::Interrupted))
-        .help("start it again: what the journal holds is not run again")
+        .help("start it again: conditions in the journal are not run again")
 }

@@ -7,7 +7,9 @@ use coldplate_base::error::{Error, Result};
 use coldplate_base::units;
 use coldplate_describe::machine::Variable;
 
+/// Text that opens a place for a value.
 const OPEN: &str = "{{";
+/// Text that closes a place for a value.
 const CLOSE: &str = "}}";
 
 /// A condition in SI and as it stands in the table, one value per variable in its own unit.

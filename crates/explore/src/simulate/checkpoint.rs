@@ -158,7 +158,7 @@ pub(super) fn read(path: &Path, identity: &Identity, network: &Network, stops: u
                 return Err(Error::input(format!("this checkpoint is of another run: the {name} differs"))
                     .in_file(path)
                     .read(format!("{known}, now {value}"))
-                    .help(format!("run with what it was made with; {begin_anew}")));
+                    .help(format!("give the inputs and options that it was made with; {begin_anew}")));
             }
         }
     }

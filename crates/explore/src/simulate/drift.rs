@@ -9,7 +9,7 @@ use coldplate_describe::machine::{Displacement, Reading};
 
 /// Length of the first stretch that tests of spindles and axes report on its own, s. Chosen: one hour.
 const FIRST: f64 = 3600.0;
-/// Share of the whole way that may be left when a drift counts as done. Chosen, and stated in docs/displacement.md.
+/// Share of the whole way that may be left when a drift counts as done. Chosen, and stated in docs/how-to/displacement.md.
 const LEFT: f64 = 0.1;
 /// Largest deviation of two directions from parallel or square, as a sine. Chosen: room for rounding in the machine file.
 const SQUARE: f64 = 1e-6;

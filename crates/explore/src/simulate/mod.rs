@@ -30,8 +30,7 @@ pub use passing::{Crossing, Passed, Watch};
 pub use reduced::run_reduced;
 pub use stepped::{Follower, run_stepped};
 
-/// Largest open share of the energy over a whole run, dimensionless. Chosen: far above rounding, far below an error of a
-/// conductance.
+/// Largest open share of the energy over a whole run, dimensionless. Chosen, and stated in docs/method/time-steps.md.
 pub const ENERGY_TOLERANCE: f64 = 1e-8;
 /// Most output times, count. Chosen: limits the memory of a run.
 const MOST_OUTPUTS: usize = 5_000_000;
@@ -161,7 +160,7 @@ pub struct History {
     pub steps: usize,
     /// Time steps that were rejected and repeated with a shorter length.
     pub rejected: usize,
-    /// Heat that went in and out, and what the machine has stored.
+    /// Heat that went in, that went out and that the machine has stored, J.
     pub energy: Energy,
     /// Bound on the distance of each reading from that of the full model, K, if a reduced model was run.
     pub bounds: Option<Vec<Vec<f64>>>,

@@ -19,7 +19,7 @@ pub struct HistoryRecord {
     /// Largest such distance for displacements; left out if there is none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub within_um: Option<f64>,
-    /// Time at which all sensors have settled.
+    /// Time after the start at which all sensors have settled.
     pub within_s: Option<f64>,
     /// `time_s`, and readings by sensor, degC.
     pub series: BTreeMap<String, Vec<f64>>,

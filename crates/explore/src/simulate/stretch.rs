@@ -34,7 +34,7 @@ impl<'s> Stretch<'s> {
         self.first..self.first + self.stops.len()
     }
 
-    /// Begin and end of the stretch, s.
+    /// Start and end of the stretch, s.
     pub fn ends(&self) -> (f64, f64) {
         (self.stops[0].segment.from, self.stops[self.stops.len() - 1].time)
     }

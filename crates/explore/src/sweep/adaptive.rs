@@ -6,7 +6,7 @@ use coldplate_describe::machine::Variable;
 
 /// Name of the group of conditions that were added to a first design.
 pub const ADDED: &str = "added";
-/// Conditions, beside the corners, from which those to be added are chosen, count. Chosen: more cost time (docs/sweep.md).
+/// Conditions, beside the corners, from which those to be added are chosen, count. Chosen: more cost time (docs/how-to/sweep.md).
 const CANDIDATES: usize = 1500;
 /// Most variables with all corners among these conditions, count. Chosen: n variables have 2^n corners.
 const MOST_WITH_CORNERS: usize = 8;

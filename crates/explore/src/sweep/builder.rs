@@ -18,9 +18,9 @@ const FOLLOW: &str = "follow";
 const FOLLOW_TOGETHER: &str = "follow together";
 /// Least number of design conditions at which one held variable is moved, to two values each; count. Chosen.
 const LEAST_FOLLOWED: usize = 4;
-/// Conditions at which all held variables are moved, per variable; count. Chosen, and stated in docs/sweep.md.
+/// Conditions at which all held variables are moved, per variable; count. Chosen, and stated in docs/reference/sweep-file.md.
 const JOINED_PER_VARIABLE: usize = 6;
-/// Least number of conditions that check the effect of held variables, count. Chosen, and stated in docs/sweep.md.
+/// Least number of conditions that check the effect of held variables, count. Chosen, and stated in docs/reference/sweep-file.md.
 const LEAST_CHECKS: usize = 10;
 /// Seed of the values of held variables at these conditions. Chosen.
 const CHECK_SEED: u64 = 3;
@@ -315,7 +315,7 @@ impl Space {
                 (None, Some(points)) => design::levels(points, axis.low, axis.high, axis.spacing),
                 (None, None) => {
                     let name = &self.variables[axis.variable].name;
-                    return Err(Error::input(format!("how many levels '{name}' has is not said"))
+                    return Err(Error::input(format!("the number of levels of '{name}' is missing"))
                         .help("write points = 3 under [design], or its levels under [levels] instead of its range"));
                 }
             });

@@ -1,4 +1,4 @@
-//! The sweep file: which machine, which conditions.
+//! The sweep file: the machine and the conditions.
 
 use std::path::{Path, PathBuf};
 
@@ -15,9 +15,9 @@ use coldplate_describe::machine::Variable;
 pub struct Definition {
     /// One-line name.
     pub name: String,
-    /// The machine file, found from the folder of the sweep file; none where another program solves a problem of its own.
+    /// The machine file, found from the folder of the sweep file; none if another program solves a problem of its own.
     pub machine: Option<PathBuf>,
-    /// Cells aimed at, where the file says.
+    /// Number of cells aimed at, if the file states it.
     pub cells: Option<usize>,
     /// Changes to the machine file: key and value, as for `--set`.
     pub set: Vec<(String, String)>,
@@ -27,21 +27,21 @@ pub struct Definition {
     pub charts: Vec<PathBuf>,
     /// Settings of the fit.
     pub fit: FitKeys,
-    /// What is taken as open of the machine.
+    /// Uncertain parameters of the machine that the sweep follows.
     pub uncertainty: Openness,
-    /// How far a reading may be from the full solution, K: what a reduced model knows so well is not solved.
+    /// Largest error of a reading against the full solution, K, up to which a reduced model answers a condition.
     pub accuracy: Option<f64>,
     document: Document,
 }
 
-/// What a sweep takes as open of its machine: the slopes of every reading along it are found beside the reading.
+/// Uncertain parameters that a sweep follows: the slopes of every reading along them are found beside the reading.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Openness {
-    /// What the machine file states, and what every such model leaves open.
+    /// Parameters that the machine file calls uncertain, and those that every such model leaves open.
     All,
-    /// What the machine file states alone.
+    /// Parameters that the machine file calls uncertain alone.
     Stated,
-    /// Nothing.
+    /// No parameters.
     None,
 }
 
@@ -53,17 +53,19 @@ impl Openness {
     }
 }
 
-/// The table of another program that solves.
+/// Name of the table of another program that solves.
 pub(super) const SOLVER: &str = "solver";
 
 /// Largest degree of a polynomial that a surrogate file holds.
 const MOST_DEGREE: usize = coldplate_base::terms::MAX_DEGREE;
-/// Runs of the first design of an adaptive one, per varied variable: usual, and least.
+/// Default runs of the first design of an adaptive one, per varied variable; count. Chosen (docs/reference/sweep-file.md): more runs are
+/// solved before the fit can choose.
 const RUNS_PER_VARIABLE: usize = 6;
+/// Least runs of the first design of an adaptive one, per varied variable; count. Chosen: fewer leave no fit to choose by.
 const LEAST_PER_VARIABLE: usize = 3;
-/// Runs after which an adaptive design stops, per varied variable.
+/// Default number of runs after which an adaptive design stops, per varied variable; count. Chosen (docs/reference/sweep-file.md).
 const MOST_PER_VARIABLE: usize = 50;
-/// Tables that may stand in the file but have no keys, and where what is looked for there stands.
+/// Tables that may stand in the file but have no keys, each with the remedy for a key in it.
 const EMPTY: [(&str, &str); 3] = [
     ("chart", "name chart definitions at the head of the file: charts = [\"../charts/NAME.toml\"]"),
     ("report", "the report has no settings"),
@@ -82,7 +84,7 @@ pub struct FitKeys {
 }
 
 impl Definition {
-    /// Reads a sweep file. Its design is checked by [`Definition::plan`], which knows the machine's variables.
+    /// Reads a sweep file. The design is checked by [`Definition::plan`], which knows the machine's variables.
     ///
     /// # Errors
     /// The file cannot be read, is not TOML, or one of `name`, `machine`, `cells`, `set` is wrong.
@@ -90,10 +92,10 @@ impl Definition {
         Self::new(Document::read(path)?)
     }
 
-    /// As [`Definition::read`], from a parsed file.
+    /// Reads a parsed sweep file, as [`Definition::read`] does.
     ///
     /// # Errors
-    /// As [`Definition::read`].
+    /// Errors of [`Definition::read`].
     pub fn new(document: Document) -> Result<Self> {
         let root = document.root();
         let folder = document.file().parent().unwrap_or(Path::new(""));
@@ -142,7 +144,7 @@ impl Definition {
         for key in ["name", "machine", "cells", "set", "compare", "charts", "fit", "uncertainty", "accuracy"].into_iter().chain(others) {
             let _ = root.has(key);
         }
-        // Who reads [solver] reads these.
+        // These keys are read by the reader of [solver].
         if root.has(SOLVER) {
             let own: &[&str] = if self.machine.is_none() { &["variables", "limit"] } else { &[] };
             for key in ["point"].iter().chain(own) {
@@ -272,7 +274,7 @@ fn seed(section: &Section<'_>) -> Result<Option<u64>> {
     Ok(section.opt_integer("seed", 0)?.map(|seed| seed as u64))
 }
 
-/// Reads `[follow]`: held variables of which a surrogate is to know how its answers follow them.
+/// Reads `[follow]`: held variables whose effect on the answers a surrogate is to know.
 fn follow(section: Section<'_>, variables: &[Variable], builder: &mut Builder) -> Result<()> {
     let value = section.value("variables")?;
     let named = if value.is_list() { Some(value.list()?.iter().map(Value::text).collect::<Result<Vec<_>>>()?) } else { None };

@@ -5,15 +5,15 @@ pub use super::sobol::points as sobol;
 
 use coldplate_base::random::Random;
 
-/// How the points of a design lie along a variable's range.
+/// Spacing of the points of a design along a variable's range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Spacing {
     /// Evenly in the variable.
     #[default]
     Linear,
-    /// Evenly in its logarithm; the range must be positive.
+    /// Evenly in the variable's logarithm; the range must be positive.
     Logarithmic,
-    /// Evenly in its reciprocal, so densest at the low end; the range must not touch zero.
+    /// Evenly in the variable's reciprocal, so densest at the low end; the range must not touch zero.
     Reciprocal,
 }
 
@@ -40,7 +40,7 @@ impl Spacing {
         }
     }
 
-    /// Where `value` lies in the range from `low` to `high`, in [0, 1]: what [`Spacing::value`] takes back to it.
+    /// Place of `value` in the range from `low` to `high`, in [0, 1]: the inverse of [`Spacing::value`].
     pub fn unit(self, value: f64, low: f64, high: f64) -> f64 {
         let share = |g: fn(f64) -> f64| (g(value) - g(low)) / (g(high) - g(low));
         match self {
@@ -64,7 +64,7 @@ pub fn full_factorial(levels: &[Vec<f64>]) -> Vec<Vec<f64>> {
     })
 }
 
-/// Independent uniform points in [0, 1)^`dimensions`, for checking a fit where it was not made.
+/// Independent uniform points in [0, 1)^`dimensions`, for checking a fit at other conditions than its own.
 pub fn uniform(count: usize, dimensions: usize, seed: u64) -> Vec<Vec<f64>> {
     let mut rng = Random::new(seed);
     (0..count).map(|_| (0..dimensions).map(|_| rng.unit()).collect()).collect()

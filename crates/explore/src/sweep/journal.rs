@@ -1,13 +1,14 @@
-//! The journal: what a sweep has finished, on disk before it counts.
+//! The journal: the finished conditions of a sweep, on disk before they count.
 //!
-//! A text file. Every line is a payload, a tab, the CRC-32 (IEEE) of the payload in eight hexadecimal digits, and a
-//! line end. The first payload is `coldplate-journal 1 ` and a JSON object that says which sweep this is; every other
-//! is one finished condition: `INDEX⇥ok⇥VALUE⇥VALUE...` or `INDEX⇥failed⇥"REASON"`, or says which conditions a design that
-//! grows has got: `added⇥FIRST⇥COUNT⇥VALUE⇥VALUE...`, the index of the first, how many they are, and per condition one value
-//! per variable in its unit, before any of them is run. Values take as many digits as they need to come back bit for bit. Lines are appended and synced one by one and never changed.
+//! A text file. Every line is a payload, a tab, the CRC-32 (IEEE) of the payload in eight hexadecimal digits, and a line end.
+//! The first payload is `coldplate-journal 1 ` and a JSON object that identifies the sweep. Every other payload is one finished
+//! condition, `INDEX⇥ok⇥VALUE⇥VALUE...` or `INDEX⇥failed⇥"REASON"`, or a batch of conditions that a growing design has added,
+//! `added⇥FIRST⇥COUNT⇥VALUE⇥VALUE...`: the index of the first, their number, and per condition one value per variable in its
+//! unit, before any of them is run. Values take as many digits as they need to come back bit for bit. Lines are appended and
+//! synced one by one and never changed.
 //!
 //! The program may be killed, and the power may fail, at any byte:
-//! - what follows the last sound line is cut off when the journal is opened again;
+//! - bytes after the last sound line are cut off when the journal is opened again;
 //! - an unsound line before that is left alone and its condition is run again (it gives the same result);
 //! - a first line that was never finished holds nothing, so it is written anew;
 //! - a journal of another sweep is refused, never overwritten;
@@ -29,7 +30,7 @@ const VERSION: u32 = 1;
 /// First word of a line that adds conditions.
 const ADDED: &str = "added";
 
-/// Which sweep a journal belongs to.
+/// Identity of the sweep that a journal belongs to.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Header {
     /// Everything the results depend on: program version, machine, mesh, design. Key and value.
@@ -40,34 +41,34 @@ pub struct Header {
     pub conditions: usize,
 }
 
-/// What became of one condition.
+/// Outcome of one condition.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Outcome {
     /// One value per output.
     Values(Vec<f64>),
-    /// Why there is none.
+    /// Reason of a failure.
     Failed(String),
 }
 
-/// What a journal says, without opening it for work.
+/// Content of a journal, without opening it for work.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Seen {
-    /// Which sweep it belongs to.
+    /// Identity of the sweep.
     pub header: Header,
-    /// Number of conditions, those that were added included.
+    /// Number of conditions, added ones included.
     pub conditions: usize,
     /// Conditions with a result.
     pub solved: usize,
     /// Conditions that failed.
     pub failed: usize,
-    /// Damaged lines, from 1.
+    /// Numbers of damaged lines, from 1.
     pub damaged: Vec<usize>,
 }
 
 /// Looks into the journal at `path`, whose content is `bytes`; it may be in use meanwhile.
 ///
 /// # Errors
-/// Its first line is damaged, or of another version of the format.
+/// The first line is damaged, or of another version of the format.
 pub fn seen(path: &Path, bytes: &[u8]) -> Result<Seen> {
     let wrong = |what: &str| Error::input(what).in_file(path).at_line(1).help("the sweep that resumes it says more");
     let mut lines = bytes.split(|b| *b == b'\n');
@@ -97,12 +98,12 @@ pub fn seen(path: &Path, bytes: &[u8]) -> Result<Seen> {
     Ok(Seen { conditions, solved: count(true), failed: count(false), header, damaged })
 }
 
-/// The outcomes in a journal of the sweep that `header` describes, and its damaged lines; it may be in use meanwhile, and nothing is
-/// changed. What follows the last sound line does not count; a file that is not there, or whose first line is not finished, holds
-/// nothing.
+/// The outcomes in a journal of the sweep that `header` describes, and its damaged lines. The journal may be in use meanwhile,
+/// and nothing is changed. Bytes after the last sound line do not count. A file that is not there, or whose first line is not
+/// finished, holds nothing.
 ///
 /// # Errors
-/// It cannot be read, is no journal, or is that of another sweep.
+/// The file cannot be read, is no journal, or is that of another sweep.
 pub fn held(path: &Path, header: &Header) -> Result<(Vec<Option<Outcome>>, Vec<usize>)> {
     let mut outcomes = vec![None; header.conditions];
     let bytes = match std::fs::read(path) {
@@ -133,7 +134,7 @@ pub struct Journal {
     file: File,
     path: PathBuf,
     outcomes: Vec<Option<Outcome>>,
-    /// The conditions that were added, batch by batch.
+    /// Added conditions, batch by batch.
     added: Vec<Vec<Vec<f64>>>,
     damaged: Vec<usize>,
     /// Length of the sound part; `None` after a write failed.
@@ -144,7 +145,7 @@ impl Journal {
     /// Opens the journal at `path`, or begins it, for the sweep that `header` describes.
     ///
     /// # Errors
-    /// It cannot be read or written, another process has it open, it is no journal, or it is that of another sweep.
+    /// The file cannot be read or written, another process has it open, it is no journal, or it is that of another sweep.
     pub fn open(path: &Path, header: &Header) -> Result<Self> {
         let failed = |action: &str, e: std::io::Error| Error::file(action, path, e);
         let file = OpenOptions::new()
@@ -186,12 +187,12 @@ impl Journal {
         Ok(journal)
     }
 
-    /// What is known of each condition.
+    /// Outcome of each condition, if it is known.
     pub fn outcomes(&self) -> &[Option<Outcome>] {
         &self.outcomes
     }
 
-    /// What became of the first so many conditions.
+    /// Outcomes of the first `count` conditions.
     ///
     /// # Errors
     /// One of them was not run.
@@ -200,7 +201,7 @@ impl Journal {
         self.outcomes.iter().take(count).map(|outcome| outcome.clone().ok_or_else(missing)).collect()
     }
 
-    /// Lines (from 1) that were found damaged; their conditions are not finished unless another line says so.
+    /// Lines (from 1) that were found damaged; their conditions are not finished unless another line holds them.
     pub fn damaged_lines(&self) -> &[usize] {
         &self.damaged
     }
@@ -217,10 +218,10 @@ impl Journal {
         Ok(())
     }
 
-    /// Records what other journals hold; when this returns, all of it is on the disk.
+    /// Records outcomes of other journals; when this returns, all of them are on the disk.
     ///
     /// # Errors
-    /// As [`Journal::append`].
+    /// Errors of [`Journal::append`].
     pub fn absorb(&mut self, outcomes: Vec<(usize, Outcome)>) -> Result<()> {
         let payloads: Vec<String> = outcomes.iter().map(|(index, outcome)| payload_of(*index, outcome)).collect();
         self.write_lines(&payloads)?;
@@ -232,15 +233,15 @@ impl Journal {
         Ok(())
     }
 
-    /// A batch of conditions that were added, from 0, where the journal holds it.
+    /// A batch of added conditions, counted from 0, if the journal holds it.
     pub fn added(&self, batch: usize) -> Option<Vec<Vec<f64>>> {
         self.added.get(batch).cloned()
     }
 
-    /// Records that conditions are added; when this returns, it is on the disk.
+    /// Records that conditions are added; when this returns, the record is on the disk.
     ///
     /// # Errors
-    /// As [`Journal::append`].
+    /// Errors of [`Journal::append`].
     pub fn add(&mut self, conditions: &[Vec<f64>]) -> Result<()> {
         let values: Vec<String> = conditions.iter().flatten().map(|v| format!("{v:e}")).collect();
         self.write_line(&format!("{ADDED}\t{}\t{}\t{}", self.outcomes.len(), conditions.len(), values.join("\t")))?;
@@ -283,15 +284,15 @@ impl Journal {
                 Ok(())
             }
             Err(e) => {
-                // Half a line would be cut off on resuming anyway; do it now if the disk lets us.
+                // Half a line would be cut off on resuming anyway; it is cut off now if the disk allows it.
                 let _ = self.file.set_len(end);
                 Err(Error::file("write", &self.path, e)
-                    .help("make room or check the disk, then start again: what the journal holds already is kept"))
+                    .help("make room or check the disk, then start again: results in the journal are kept"))
             }
         }
     }
 
-    /// Reads the lines from byte `start` on and cuts off what follows the last sound one.
+    /// Reads the lines from byte `start` on and cuts off the bytes after the last sound one.
     fn recover(&mut self, bytes: &[u8], start: usize) -> Result<()> {
         let (mut end, mut at, mut line, mut unsound) = (start, start, 1, Vec::new());
         while let Some(length) = bytes[at..].iter().position(|b| *b == b'\n') {
@@ -303,7 +304,7 @@ impl Journal {
                         Some(batch) => self.enlarge(batch),
                         None => match record(payload, self.outcomes.len()) {
                             Some((index, outcome)) => self.outcomes[index] = Some(outcome),
-                            // What it belongs to was added by a line that is damaged.
+                            // The condition of this line was added by a line that is damaged.
                             None if !(unsound.is_empty() && self.damaged.is_empty()) => unsound.push(line),
                             None => {
                                 let what = "this line of the journal is sound but makes no sense";
@@ -328,15 +329,15 @@ impl Journal {
     }
 }
 
-/// What a journal of another sweep, or what is none at all, is refused with.
+/// Error for a file that is not a journal.
 fn foreign(path: &Path) -> Error {
     Error::input("this file is not a journal of this program").in_file(path).at_line(1).help("choose another --out, or move the file away")
 }
 
-/// Whether the first line of the journal at `path` is that of the sweep that is wanted.
+/// Checks that the first line of the journal at `path` is that of the wanted sweep.
 ///
 /// # Errors
-/// It is not; what differs is told.
+/// The first line is another one; the differences are named.
 fn check_header(path: &Path, line: &[u8], wanted: &Header) -> Result<()> {
     if !line.starts_with(MAGIC.as_bytes()) {
         return Err(foreign(path));
@@ -372,7 +373,7 @@ fn check_header(path: &Path, line: &[u8], wanted: &Header) -> Result<()> {
     Err(refuse("the journal belongs to another sweep".into()).read(differences.join("; ")))
 }
 
-/// The index and outcome of a line, of so many conditions.
+/// Index and outcome of a line, in a journal of `conditions` conditions.
 fn record(payload: &str, conditions: usize) -> Option<(usize, Outcome)> {
     let (index, rest) = payload.split_once('\t')?;
     let index: usize = index.parse().ok().filter(|i| *i < conditions)?;
@@ -393,7 +394,7 @@ fn payload_of(index: usize, outcome: &Outcome) -> String {
     }
 }
 
-/// The conditions that a line says were added to `known` others.
+/// Conditions that a line adds to `known` others.
 fn batch_of(payload: &str, known: usize) -> Option<Vec<Vec<f64>>> {
     let mut fields = payload.strip_prefix(ADDED)?.strip_prefix('\t')?.split('\t');
     fields.next()?.parse().ok().filter(|first: &usize| *first == known)?;
@@ -420,7 +421,7 @@ fn sound(line: &[u8]) -> Option<&str> {
     (checksum == format!("{:08x}", crc32fast::hash(payload.as_bytes()))).then_some(payload)
 }
 
-/// Hashes and long lines, shortened to what tells them apart.
+/// Hashes and long lines, shortened to their first characters.
 fn abbreviated(text: &str) -> String {
     if text.chars().count() > 40 { text.chars().take(16).chain("...".chars()).collect() } else { text.to_string() }
 }

@@ -2,12 +2,12 @@
 
 use coldplate_base::random::Random;
 
-/// Pairs of points looked at while improving one design, which bounds the time: about a second.
+/// Pairs of points looked at while improving one design, count. Chosen: bounds the time to about a second.
 const PAIRS: usize = 300_000_000;
-/// Swaps tried, where [`PAIRS`] allows.
+/// Swaps tried if [`PAIRS`] allows, count. Chosen: more cost time.
 const SWAPS: usize = 1_000_000;
 
-/// Up to this many points, the optima are few and far apart: several hot annealings find them.
+/// Number of points up to which the optima are few and far apart, so that several hot annealings find them. Chosen.
 const FEW: usize = 20;
 
 /// A Latin hypercube of `count` points: in each variable every level 0..`count` occurs once. Returned in [0, 1],
@@ -99,8 +99,8 @@ impl Design {
         (0..self.count).flat_map(|i| (0..i).map(move |j| (i, j))).map(|(i, j)| repulsion(self.scale, squared(i, j))).sum()
     }
 
-    /// What the criterion gains or loses by swapping the levels of points `i` and `j` in `variable`. Their own distance
-    /// stays. The levels are whole numbers, so the distances are exact.
+    /// Change of the criterion by swapping the levels of points `i` and `j` in `variable`. Their own distance stays. The levels
+    /// are whole numbers, so the distances are exact.
     fn change(&self, i: usize, j: usize, variable: usize, distances: &mut Distances) -> f64 {
         let mut change = 0.0;
         let column = &self.levels[variable];
@@ -123,9 +123,9 @@ impl Design {
         change
     }
 
-    /// Anneals and returns phi^p. A step that makes phi larger by a factor 1 + x is taken if x is below the temperature
-    /// times a random number, which needs no exponential. The temperature begins where a few points can leave any
-    /// design again, and for many points where a swap, which moves 2/n of them, can; it falls by e^-12 on a geometric
+    /// Anneals and returns phi^p. A step that makes phi larger by a factor 1 + x is taken if x is below the temperature times a
+    /// random number, which needs no exponential. The temperature begins at 1 for few points, so that any design can be left
+    /// again, and at 2/n for many, the share of the points that a swap moves. The temperature falls by e^-12 on a geometric
     /// scale. The best design met is kept.
     fn anneal(&mut self, rng: &mut Random, starts: usize) -> f64 {
         let swaps = (SWAPS.min(PAIRS / (4 * self.count)) / starts).max(100);

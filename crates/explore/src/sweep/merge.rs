@@ -1,4 +1,4 @@
-//! Journals of parts of a sweep, brought into one: its tables are then those of a sweep that ran on one machine, byte for byte.
+//! Journals of parts of a sweep, merged into one: the tables are then those of a sweep that ran on one machine, byte for byte.
 
 use std::path::{Path, PathBuf};
 
@@ -12,13 +12,13 @@ use coldplate_base::error::{Error, Result};
 /// Ending of the journals that are looked for in a folder.
 const ENDING: &str = "journal";
 
-/// What was brought together: each field is a key of `coldplate sweep --merge --json`.
+/// Result of a merge: each field is a key of `coldplate sweep --merge --json`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 #[allow(missing_docs)]
 pub struct Merged {
     /// Journals that were read.
     pub journals: usize,
-    /// Conditions that were taken from them.
+    /// Conditions that were taken from the journals.
     pub taken: usize,
     /// Conditions that several journals hold; they agree.
     pub doubles: usize,
@@ -37,8 +37,8 @@ pub struct Damaged {
     pub lines: Vec<usize>,
 }
 
-/// Brings what `journals` hold (files, or folders of them; the parts' own where none are named) into the journal in `folder`.
-/// A result takes the place of a failure.
+/// Merges the conditions of `journals` (files, or folders of them; the parts' own if none are named) into the journal in
+/// `folder`. A result takes the place of a failure.
 ///
 /// # Errors
 /// There is no journal; one cannot be read, or is that of another sweep; two hold different results of one condition.
@@ -52,10 +52,10 @@ pub fn merge(plan: &Plan, subject: &Subject, folder: &Path, journals: &[PathBuf]
     merge_any(plan, subject, folder, named)
 }
 
-/// The same, where there may be none yet.
+/// Merges journals as [`merge`] does; there may be none yet.
 ///
 /// # Errors
-/// As [`merge`].
+/// Errors of [`merge`].
 pub fn merge_any(plan: &Plan, subject: &Subject, folder: &Path, journals: &[PathBuf]) -> Result<Merged> {
     check(plan)?;
     let header = header(plan, subject);
@@ -124,7 +124,7 @@ fn listed(named: &[PathBuf]) -> Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-/// Bit for bit.
+/// Whether two outcomes agree bit for bit.
 fn is_same(a: &Outcome, b: &Outcome) -> bool {
     match (a, b) {
         (Outcome::Values(a), Outcome::Values(b)) => a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits()),
@@ -139,7 +139,7 @@ fn differing(row: usize, first: &Path, second: &Path) -> Error {
 }
 
 impl Merged {
-    /// Refuses what is not whole.
+    /// Checks that no condition is missing.
     ///
     /// # Errors
     /// Conditions are missing; they are named.
@@ -148,12 +148,13 @@ impl Merged {
             return Ok(());
         }
         Err(Error::input(format!("{} of {conditions} conditions are in no journal: {}", self.missing.len(), ranges(&self.missing)))
-            .help("run their parts again; or `coldplate sweep` without --merge: it solves here what is missing"))
+            .help("run their parts again; or `coldplate sweep` without --merge: it solves the missing ones here"))
     }
 }
 
 /// Ascending numbers, in few words: `1-4, 7, 9 and 13 more`.
 pub fn ranges(numbers: &[usize]) -> String {
+    /// Most ranges that are shown, count. Chosen: fits on a line.
     const MOST_SHOWN: usize = 12;
     let mut runs: Vec<(usize, usize)> = Vec::new();
     for number in numbers {

@@ -1,9 +1,9 @@
-//! Design of experiments: which conditions, run on every core, never run twice.
+//! Design of experiments: the conditions to run, on every core, never twice.
 //!
 //! ```text
 //! sweep file -> Definition -> (with the machine's variables) Plan -> execute -> Table
 //!                                                                       |
-//!                                                   journal: what is finished, safe on disk
+//!                                                   journal: finished conditions, safe on disk
 //! ```
 //!
 //! [`execute`] knows nothing of machines: it gets a function from a condition to its outputs.
@@ -46,32 +46,32 @@ use journal::{Header, Journal, Outcome};
 /// Name of the journal in the output folder.
 pub const JOURNAL: &str = "sweep.journal";
 
-/// What finds the results.
+/// Solver of the conditions.
 #[derive(Debug, Clone, PartialEq)]
 pub enum SolvedBy {
-    /// Our own solver, on this mesh in a few words, for example its number of cells.
+    /// Our own solver, with the mesh in a few words, for example its number of cells.
     Mesh(String),
     /// Another program.
     Program {
-        /// Its name and version.
+        /// Name and version of the program.
         name: String,
-        /// What is written in the place of each output where a condition failed, where the sweep file says.
+        /// Value in place of each output if a condition failed, for outputs with one in the sweep file.
         recover: Vec<Option<f64>>,
     },
 }
 
-/// What is swept: enough to tell whether results on disk are its results.
+/// Subject of a sweep: enough to tell whether results on disk belong to it.
 #[derive(Debug, Clone)]
 pub struct Subject {
     /// Name of the machine.
     pub machine: String,
     /// Hash of the machine file with its changes.
     pub hash: String,
-    /// What finds the results.
+    /// Solver of the conditions.
     pub by: SolvedBy,
     /// Name and unit of each output.
     pub outputs: Vec<(String, String)>,
-    /// What is open of the machine; each output has a slope along each of its parameters.
+    /// Uncertain parameters of the machine; each output has a slope along each of them.
     pub open: Open,
 }
 
@@ -96,16 +96,16 @@ pub fn slope_name(output: &str, parameter: &str) -> String {
 pub struct Failure {
     /// Row of the [`Plan`].
     pub row: usize,
-    /// Name of its group.
+    /// Name of the group of the condition.
     pub group: String,
-    /// Why.
+    /// Reason of the failure.
     pub reason: String,
 }
 
-/// What a growing sweep has solved so far.
+/// State of a growing sweep after a round.
 #[derive(Debug)]
 pub struct Round<'a> {
-    /// Its conditions, those added so far included.
+    /// Conditions of the sweep, added ones included.
     pub plan: &'a Plan,
     /// The solved conditions to be fitted.
     pub table: Table,
@@ -113,49 +113,49 @@ pub struct Round<'a> {
     pub rows: Vec<usize>,
 }
 
-/// Says which conditions are added after a round, one value per variable in its own unit; `None` ends the sweep. It must depend on
-/// nothing but the round and those before.
+/// Function that gives the conditions to add after a round, one value per variable in its own unit; `None` ends the sweep. The
+/// conditions must depend on nothing but the round and those before.
 pub type Grow<'g> = dyn FnMut(&Round<'_>) -> Result<Option<Vec<Vec<f64>>>> + 'g;
 
-/// Sees to it that a journal holds some rows of a plan, of so many values each.
+/// Function that completes some rows of a plan, of so many values each, in a journal.
 type Find<'f> = dyn Fn(&Plan, Range<usize>, usize, &mut Journal) -> Result<()> + 'f;
 
 /// The result of a sweep.
 #[derive(Debug, Clone)]
 pub struct Swept {
-    /// The conditions that were run: those of the sweep file, and what was added to them.
+    /// The conditions that were run: those of the sweep file, and those added to them.
     pub plan: Plan,
     /// The conditions to be fitted, in the order of the design: a text column `group`, condition variables, outputs.
     pub table: Table,
-    /// The held-out conditions, in the same columns, where the sweep has any.
+    /// The held-out conditions, in the same columns, if the sweep has any.
     pub validation: Option<Table>,
-    /// Outputs at conditions with held variables at other values, where the sweep file asks for them.
+    /// Outputs at conditions with held variables at other values, if the sweep file asks for them.
     pub followed: Option<Table>,
-    /// The slopes of every output along all that is open, at the conditions to be fitted, where anything is.
+    /// The slopes of every output along all uncertain parameters, at the conditions to be fitted, if there are such parameters.
     pub slopes: Option<Table>,
-    /// How far each reading may be from the full solution, row by row, where a reduced model answers what it can.
+    /// Bound on the distance of each reading from the full solution, row by row, if a reduced model answers conditions.
     pub bounds: Option<Table>,
-    /// How many conditions it answered.
+    /// Number of conditions that the reduced model answered, and that were solved in full.
     pub answered: Option<Answered>,
     /// Conditions without a result; they are in neither table.
     pub failures: Vec<Failure>,
-    /// How many conditions the journal held already.
+    /// Number of conditions that the journal held already.
     pub resumed: usize,
     /// Lines of the journal that were damaged; their conditions were run again.
     pub damaged_lines: Vec<usize>,
-    /// What is doubtful about the conditions solved now, one sentence each.
+    /// Doubts about the conditions solved now, one sentence each.
     pub notes: Vec<String>,
     /// The files written.
     pub files: Vec<PathBuf>,
 }
 
-/// Runs the conditions of `plan` that the journal in `folder` does not hold, and writes `sweep.csv` and
-/// `sweep.parquet`, `slopes.*` where anything of the machine is open, `validation.*` where there are held-out conditions and
-/// `failures.csv` where there are failures.
+/// Runs the conditions of `plan` that the journal in `folder` does not hold. Writes `sweep.csv` and `sweep.parquet`, `slopes.*`
+/// if the machine has uncertain parameters, `validation.*` if there are held-out conditions, and `failures.csv` if there are
+/// failures.
 ///
-/// `solve` takes a condition in SI, in the order of [`Plan::variables`], and returns the outputs in their units, in
-/// the order of [`Subject::outputs`], then their slopes, output by output (anything finite where [`Plan::is_sloped`] wants none);
-/// see [`run`] for what it must keep to.
+/// `solve` takes a condition in SI, in the order of [`Plan::variables`]. The function returns the outputs in their units, in
+/// the order of [`Subject::outputs`], then their slopes, output by output (anything finite if [`Plan::is_sloped`] wants none);
+/// see [`run`] for further demands on it.
 ///
 /// # Errors
 /// The folder or the journal cannot be written, the journal is that of another sweep, or every condition failed.
@@ -169,11 +169,12 @@ pub fn execute(
     execute_growing(plan, subject, folder, options, |plan, row| solve(&plan.conditions[row]), &mut |_| Ok(None))
 }
 
-/// [`execute`] of a design that grows: `grow` is asked after every round what is added; `solve` gets the plan as far as it has
-/// grown, and a row of it. What was added stands in the journal before it is solved, and is taken from there by who resumes it.
+/// Runs a design that grows, as [`execute`] does. After every round `grow` gives the conditions to add; `solve` gets the plan
+/// as far as it has grown, and a row of it. Added conditions stand in the journal before they are solved, and a resumed sweep
+/// takes them from there.
 ///
 /// # Errors
-/// As [`execute`], and those of `grow`.
+/// Errors of [`execute`] and of `grow`.
 pub fn execute_growing(
     plan: &Plan,
     subject: &Subject,
@@ -212,7 +213,7 @@ fn execute_by(plan: &Plan, subject: &Subject, folder: &Path, find: &Find<'_>, gr
         let asked = match grow(&round) {
             Ok(asked) => asked,
             Err(error) => {
-                // It may be for the failures that it cannot go on: they are told in any case.
+                // The failures may be the reason that the sweep cannot go on: they are written in any case.
                 write_failures(&grown, subject, &failures_of(&grown, &outcomes), folder, &mut Vec::new())?;
                 return Err(error);
             }
@@ -314,7 +315,7 @@ fn failures_of(plan: &Plan, outcomes: &[Outcome]) -> Vec<Failure> {
     outcomes.iter().enumerate().filter_map(failure).collect()
 }
 
-/// What results depend on.
+/// Identity of the results: everything that they depend on.
 fn identity(plan: &Plan, subject: &Subject) -> Vec<(String, String)> {
     let (hashed, by) = match &subject.by {
         SolvedBy::Mesh(mesh) => ("machine hash", ("mesh", mesh.clone())),
@@ -328,7 +329,7 @@ fn identity(plan: &Plan, subject: &Subject) -> Vec<(String, String)> {
     pairs
 }
 
-/// Where the results of a sweep come from: no date and no path, so that the same sweep gives the same bytes.
+/// Origin of the results of a sweep: no date and no path, so that the same sweep gives the same bytes.
 pub fn provenance(plan: &Plan, subject: &Subject, purpose: Purpose) -> Vec<(String, String)> {
     let mut pairs = vec![("sweep".to_string(), plan.name.clone()), ("machine".to_string(), subject.machine.clone())];
     pairs.extend(identity(plan, subject));
@@ -340,7 +341,7 @@ pub fn provenance(plan: &Plan, subject: &Subject, purpose: Purpose) -> Vec<(Stri
     pairs
 }
 
-/// The outputs at the rows of a purpose.
+/// Outputs at the rows of a purpose.
 fn results(plan: &Plan, subject: &Subject, outcomes: &[Outcome], purpose: Purpose) -> Table {
     let is_of = |row: usize| plan.group_of(row).is_some_and(|g| g.purpose == purpose);
     let mut table = tabulated(plan, outcomes, is_of, 0, &subject.outputs, provenance(plan, subject, purpose));
@@ -348,7 +349,7 @@ fn results(plan: &Plan, subject: &Subject, outcomes: &[Outcome], purpose: Purpos
     table
 }
 
-/// The values from place `first` on, under some names and units, at the rows that were solved and are wanted.
+/// Table of the values from index `first` on, under some names and units, at the rows that were solved and are wanted.
 fn tabulated(
     plan: &Plan,
     outcomes: &[Outcome],
@@ -380,7 +381,7 @@ fn tabulated(
 /// Key of the provenance of a table whose outputs are no results.
 pub const RECOVERED: &str = "recovered";
 
-/// Writes the values that stand in the place of results that there are none of, where any are stated.
+/// Writes the values in place of missing results, if the sweep file states any.
 fn write_recovered(plan: &Plan, subject: &Subject, failures: &[Failure], folder: &Path, files: &mut Vec<PathBuf>) -> Result<()> {
     let path = folder.join("recovered.csv");
     let recover = match &subject.by {
@@ -398,7 +399,7 @@ fn write_recovered(plan: &Plan, subject: &Subject, failures: &[Failure], folder:
     let class = |f: &Failure| Class::of(&f.reason).map_or(f.reason.clone(), |class| class.words().into());
     let texts = vec![text("group", |f| f.group.clone()), text(RECOVERED, class)];
     let mut provenance = provenance(plan, subject, Purpose::Fit);
-    provenance.push((RECOVERED.into(), "what the sweep file says is to be written where a condition failed; these are no results".into()));
+    provenance.push((RECOVERED.into(), "values that the sweep file states in place of failed conditions; these are no results".into()));
     Table { texts, columns, inputs: plan.variables.len(), provenance }.write_csv(&path)?;
     files.push(path);
     Ok(())

@@ -1,5 +1,5 @@
-//! Our own solver: network and multigrid hierarchy are set up once, and every condition starts from the same reference state, so
-//! that a result does not depend on which conditions went before.
+//! Our own solver. Network and multigrid hierarchy are set up once, and every condition starts from the same reference state,
+//! so that a result does not depend on the conditions solved before.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -12,9 +12,9 @@ use coldplate_solve::meshed::SteadyState;
 use coldplate_solve::sensitivity::{Derivatives, Study};
 use coldplate_solve::{Solution, Solver};
 
-/// Conditions of a design for each one that others start from.
+/// Conditions of a design for each one that others start from, count. Chosen: each start costs a solve.
 const WORTH_ONE_START: usize = 8;
-/// Most conditions that others start from: each costs its memory and one product with the matrix per start.
+/// Most conditions that others start from, count. Chosen: each costs its memory and one product with the matrix per start.
 const MOST_STARTS: usize = 16;
 
 /// Our own solver, set up for a design.
@@ -22,17 +22,17 @@ pub(super) struct Own<'a> {
     pub(super) study: &'a Study,
     pub(super) open: &'a Open,
     solver: Solver<'a>,
-    /// The condition that it was set up at.
+    /// Condition at which the solver was set up.
     pub(super) reference: Condition,
-    /// By stream: conditions solved now at which its wall boils, and the hottest wall, K.
+    /// Boiling by stream: number of conditions solved now at which its wall boils, and the hottest wall temperature, K.
     boiling: Mutex<Vec<(usize, f64)>>,
 }
 
 impl<'a> Own<'a> {
-    /// The shared setup, at the middle of the ranges, or at the first condition of the design where it can be made.
+    /// The shared setup, at the middle of the ranges, or at the first condition of the design at which it can be made.
     ///
     /// # Errors
-    /// It can be made nowhere.
+    /// No condition allows the setup.
     pub(super) fn new(study: &'a Study, open: &'a Open, plan: &Plan) -> Result<Self> {
         let machine = &study.model.machine;
         let (mut solver, reference) = match study.model.solver(&plan.middle()) {
@@ -46,7 +46,7 @@ impl<'a> Own<'a> {
             }
         };
         // Every condition starts from the same few, spread evenly over the design as the sweep file states it, so that none
-        // depends on which others have been solved before it or in this run. Where a reduced model is made, that tells more.
+        // depends on others solved before it or in this run. If a reduced model is made, its guesses serve better.
         let rows = &plan.conditions;
         let known = if plan.accuracy.is_some() { 0 } else { (rows.len() / WORTH_ONE_START).min(MOST_STARTS) };
         let start = |i: usize| Load::at(machine, &Condition::from_si(rows[i * rows.len() / known].clone()));
@@ -55,18 +55,18 @@ impl<'a> Own<'a> {
         Ok(Self { study, open, solver, reference, boiling })
     }
 
-    /// The state that it was set up at.
+    /// Steady state at which the solver was set up.
     ///
     /// # Errors
-    /// There is none.
+    /// There is no steady state.
     pub(super) fn center(&self) -> Result<Solution> {
         self.solver.steady(&Load::at(&self.study.model.machine, &self.reference)?)
     }
 
-    /// The steady state at a row of a plan, from where it is guessed to be.
+    /// The steady state at a row of a plan, from a guess if there is one.
     ///
     /// # Errors
-    /// There is none.
+    /// There is no steady state.
     pub(super) fn state(&self, plan: &Plan, row: usize, guess: Option<Guess>) -> Result<SteadyState> {
         let (model, condition) = (&self.study.model, Condition::from_si(plan.conditions[row].clone()));
         match guess {
@@ -75,7 +75,7 @@ impl<'a> Own<'a> {
         }
     }
 
-    /// Outputs and slopes at a row of a plan, whose state is given.
+    /// Outputs and slopes at a row of a plan with a known state.
     ///
     /// # Errors
     /// The slopes cannot be found.
@@ -107,7 +107,7 @@ impl<'a> Own<'a> {
         }
     }
 
-    /// What is doubtful about the conditions solved now, one sentence each.
+    /// Doubts about the conditions solved now, one sentence each.
     pub(super) fn notes(&self) -> Vec<String> {
         let (network, found) = (&self.study.model.network, self.boiling.lock().unwrap_or_else(PoisonError::into_inner));
         let note = |(s, (count, wall)): (usize, &(usize, f64))| {
@@ -118,11 +118,11 @@ impl<'a> Own<'a> {
     }
 }
 
-/// Sets the solver up and hands it to `work`, whose result comes back with what is doubtful about the conditions solved now, one
+/// Sets the solver up and hands it to `work`. Returns the result of `work` with the doubts about the conditions solved now, one
 /// sentence each. The solver takes a plan and a row of it.
 ///
 /// # Errors
-/// Those of `work`, or the shared setup fails.
+/// Errors of `work`, or the shared setup fails.
 pub(super) fn with<R>(
     study: &Study,
     open: &Open,

@@ -8,14 +8,14 @@ use super::adaptive::{ADDED, Growth, in_si};
 use coldplate_describe::machine::{Condition, Variable};
 use coldplate_tables::Column;
 
-/// What a group of conditions is for.
+/// Purpose of a group of conditions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Purpose {
     /// To be fitted.
     Fit,
     /// Held out: only to check a fit.
     Validation,
-    /// Conditions of the design with held variables at other values: how the answers follow these.
+    /// Conditions of the design with held variables at other values, for the effect of these on the answers.
     Follow,
 }
 
@@ -24,15 +24,15 @@ pub enum Purpose {
 pub struct Group {
     /// Name, as in the column `group` of the result.
     pub name: String,
-    /// What it is for.
+    /// Purpose of the group.
     pub purpose: Purpose,
-    /// The variables that are varied in it, as indices into [`Plan::variables`].
+    /// The variables that are varied in the group, as indices into [`Plan::variables`].
     pub varied: Vec<usize>,
-    /// Degree of the polynomial the sweep file asks for, if it does.
+    /// Degree of the polynomial, if the sweep file asks for one.
     pub degree: Option<usize>,
     /// The design in words.
     pub description: String,
-    /// Its rows of [`Plan::shown`] and [`Plan::conditions`].
+    /// Rows of the group in [`Plan::shown`] and [`Plan::conditions`].
     pub rows: Range<usize>,
 }
 
@@ -47,15 +47,16 @@ pub struct Plan {
     pub groups: Vec<Group>,
     /// One row per condition, one value per variable in its own unit, of at most twelve digits.
     pub shown: Vec<Vec<f64>>,
-    /// The same in SI, converted from [`Plan::shown`], so that typing a row of the table gives the very same condition.
+    /// The conditions in SI, converted from [`Plan::shown`], so that typing a row of the table gives the very same condition.
     pub conditions: Vec<Vec<f64>>,
-    /// How the design grows, where it does.
+    /// Growth of the design, if it grows.
     pub growth: Option<Growth>,
-    /// How far a reading may be from the full solution, K, where a reduced model answers what it can.
+    /// Largest error of a reading against the full solution, K, up to which a reduced model answers; `None` to solve all in
+    /// full.
     pub accuracy: Option<f64>,
 }
 
-/// Rows with slopes at least, where there are so many.
+/// Least number of rows with slopes, if there are so many; count. Chosen: slopes cost time at each row.
 const LEAST_SLOPED: usize = 24;
 
 impl Plan {
@@ -64,9 +65,9 @@ impl Plan {
         self.groups.iter().find(|g| g.rows.contains(&row))
     }
 
-    /// Whether the slopes of the readings are wanted at a row: at those a surrogate is fitted to, evenly chosen where these are
-    /// more than polynomials of the slopes need. Groups that vary one variable are for formulas, unless there are no others. Of
-    /// what was added, the first are taken until there are enough: what is added later changes nothing for those before.
+    /// Whether the slopes of the readings are wanted at a row: at those a surrogate is fitted to, evenly chosen if these are
+    /// more than polynomials of the slopes need. Groups that vary one variable are for formulas, unless there are no others.
+    /// Added rows have slopes until there are enough: a later one changes nothing for those before.
     pub fn is_sloped(&self, row: usize) -> bool {
         let is_design = |g: &Group| g.purpose == Purpose::Fit && g.varied.len() > 1;
         let has_design = self.groups.iter().any(is_design);
@@ -76,7 +77,7 @@ impl Plan {
         let fitted: usize = self.groups.iter().filter(|g| is_fitted(g) && !is_added(g)).map(|g| g.rows.len()).sum();
         let before: usize = self.groups.iter().take_while(|g| g.rows != group.rows).filter(|g| is_fitted(g)).map(|g| g.rows.len()).sum();
         let place = before + row - group.rows.start;
-        // Of the third degree, two and a half rows per term.
+        // Two and a half rows for each term of the third degree.
         let n = (0..self.variables.len()).filter(|v| self.groups.iter().any(|g| is_fitted(g) && g.varied.contains(v))).count();
         let enough = (5 * (n + 1) * (n + 2) * (n + 3) / 12).max(LEAST_SLOPED);
         if is_added(group) {

@@ -6,7 +6,7 @@ use super::sweep_file::Sweep;
 use super::{Answered, Failure, Swept};
 use crate::external::{Class, Program};
 
-/// What was run.
+/// Result of a sweep.
 #[derive(Debug, Clone, Serialize)]
 #[non_exhaustive]
 #[allow(missing_docs)]
@@ -17,15 +17,15 @@ pub struct SweepRecord {
     pub failed: usize,
     pub groups: Vec<GroupRecord>,
     pub failures: Vec<FailureRecord>,
-    /// What is doubtful about the conditions solved now.
+    /// Doubts about the conditions solved now.
     pub notes: Vec<String>,
     pub files: Vec<String>,
-    /// Cells of the machine; none where another program solves.
+    /// Cells of the machine; none if another program solves.
     pub cells: Option<usize>,
-    /// Name and version of the program that solves, where it is another.
+    /// Name and version of another program that solves; left out for our own solver.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub solver: Option<String>,
-    /// How many conditions a reduced model answered, where the sweep file asks for an accuracy.
+    /// Number of conditions that a reduced model answered, if the sweep file asks for an accuracy.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub answered: Option<Answered>,
     pub seconds: f64,
@@ -44,17 +44,17 @@ pub struct GroupRecord {
 #[derive(Debug, Clone, Serialize)]
 #[allow(missing_docs)]
 pub struct FailureRecord {
-    /// From 1, in the order of the design.
+    /// Number of the condition from 1, in the order of the design.
     pub row: usize,
     pub group: String,
     pub reason: String,
-    /// What went wrong with a run of another program.
+    /// Class of the failure of another program.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub class: Option<Class>,
 }
 
 impl Swept {
-    /// The results of `sweep` for other programs; `seconds` is the time it took.
+    /// The results of `sweep` for other programs; `seconds` is the time that the sweep took.
     pub fn record(&self, sweep: &Sweep, seconds: f64) -> SweepRecord {
         let failure =
             |f: &Failure| FailureRecord { row: f.row + 1, group: f.group.clone(), reason: f.reason.clone(), class: Class::of(&f.reason) };

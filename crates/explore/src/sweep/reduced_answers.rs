@@ -1,5 +1,5 @@
-//! Sweeps that are solved in full only where a reduced model does not know the answer well enough. It is made of conditions of the
-//! sweep itself. Beside its readings each condition has a bound on every reading: zero where it was solved in full.
+//! Sweeps that are solved in full only at conditions that a reduced model does not answer well enough. The model is made of
+//! conditions of the sweep itself. Beside its readings each condition has a bound on every reading: zero for a full solution.
 
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
@@ -22,22 +22,22 @@ use coldplate_tables::{Table, TextColumn};
 /// Key of the provenance of a table some of whose rows a reduced model answered: the largest bound of each output.
 pub const BOUNDS: &str = "bounds";
 
-/// How many conditions a reduced model answered; each field is a key under `answered` of `coldplate sweep --json`.
+/// Number of conditions that a reduced model answered; each field is a key under `answered` of `coldplate sweep --json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[allow(missing_docs)]
 pub struct Answered {
-    /// What the sweep file asks for.
+    /// Accuracy that the sweep file asks for, K.
     #[serde(rename = "accuracy_K")]
     pub accuracy: f64,
     pub in_full: usize,
     pub by_reduced_model: usize,
-    /// Largest bound on any reading.
+    /// Largest bound on any reading, K.
     #[serde(rename = "largest_bound_K")]
     pub largest_bound: f64,
 }
 
 impl Answered {
-    /// How many, in a sentence.
+    /// The numbers in a sentence.
     pub fn sentence(&self) -> String {
         format!(
             "{} solved in full, {} answered by a reduced model, the largest bound {} K (accuracy {} K)",
@@ -49,10 +49,10 @@ impl Answered {
     }
 }
 
-/// [`super::execute`] of a sweep that needs not be solved in full everywhere.
+/// Runs a sweep as [`super::execute`] does, with a reduced model in place of full solutions where it is accurate enough.
 ///
 /// # Errors
-/// As [`super::execute`].
+/// Errors of [`super::execute`].
 pub(super) fn execute(
     own: &Own<'_>,
     plan: &Plan,
@@ -67,7 +67,7 @@ pub(super) fn execute(
     Ok(swept)
 }
 
-/// Sees to it that the journal holds every condition.
+/// Completes every condition in the journal.
 fn fill(own: &Own<'_>, plan: &Plan, width: usize, journal: &mut Journal, options: SweepOptions<'_>, accuracy: f64) -> Result<()> {
     let count = plan.conditions.len();
     let sensors = own.study.model.machine.sensors.len();
@@ -90,7 +90,8 @@ fn fill(own: &Own<'_>, plan: &Plan, width: usize, journal: &mut Journal, options
                 solve(row, guess(row), &|field| keep(row, field))
             })?;
             let mut fields = fields.into_inner().unwrap_or_else(PoisonError::into_inner);
-            // The journal holds readings, not fields: what an earlier run solved for the basis is solved again, to the same field.
+            // The journal holds readings, not fields: a condition of the basis that an earlier run solved is solved again, to
+            // the same field.
             let lacks = |row: &&usize| is_solved(&journal.outcomes()[**row]) && !fields.contains_key(row);
             let lacking: Vec<usize> = rows.iter().filter(lacks).copied().collect();
             let again = |row: &usize| Some((*row, own.state(plan, *row, guess(*row)).ok()?.solution.temperatures));
@@ -110,7 +111,7 @@ fn fill(own: &Own<'_>, plan: &Plan, width: usize, journal: &mut Journal, options
     run_rows(&(0..count).collect::<Vec<_>>(), (count, "conditions"), width, journal, options, |row| solve(row, None, &|_| ()))
 }
 
-/// Readings as they are shown, no slopes, bounds.
+/// Values of an answer in the order of the journal: readings as they are shown, zeros for slopes, bounds.
 fn values_of(own: &Own<'_>, answer: &Answer) -> Vec<f64> {
     own.count_boiling(answer.boiling.iter().copied());
     let measurands = &own.study.model.network.measurands;
@@ -126,12 +127,13 @@ pub(super) fn names(plan: &Plan, subject: &Subject) -> Vec<(String, String)> {
     all.iter().map(|(name, own)| (format!("bound({name})"), unit(own))).collect()
 }
 
-/// Where the bounds stand among the values of a condition.
+/// Index of the first bound among the values of a condition.
 fn place(subject: &Subject) -> usize {
     subject.outputs.len() * (1 + subject.open.parameters.len())
 }
 
-/// Says of every row of a table, those of `is_of`, how it was answered and within what, and of the table within what its outputs are.
+/// Adds to every row of a table, those of `is_of`, the way it was answered and its largest bound, and to the table the largest
+/// bound of each output.
 pub(super) fn mark(table: &mut Table, plan: &Plan, subject: &Subject, outcomes: &[Outcome], is_of: impl Fn(usize) -> bool) {
     if plan.accuracy.is_none() {
         return;
@@ -153,7 +155,7 @@ pub(super) fn mark(table: &mut Table, plan: &Plan, subject: &Subject, outcomes: 
     table.provenance.push((BOUNDS.into(), serde_json::to_string(&outputs).unwrap_or_default()));
 }
 
-/// The bound of every reading, row by row, and how many conditions the reduced model answered.
+/// The bound of every reading, row by row, and the number of conditions that the reduced model answered.
 pub(super) fn told(plan: &Plan, subject: &Subject, outcomes: &[Outcome]) -> Option<(Table, Answered)> {
     let accuracy = plan.accuracy?;
     let names = names(plan, subject);

@@ -1,4 +1,4 @@
-//! Runs what a journal does not hold yet, on every core, and brings it into the order of the design.
+//! Runs the conditions that a journal does not hold yet, on every core, and brings them into the order of the design.
 
 use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -9,29 +9,29 @@ use super::journal::{Journal, Outcome};
 use coldplate_base::error::{Error, Result};
 use coldplate_base::progress::Progress;
 
-/// How to run.
+/// Options of a run.
 #[derive(Clone, Copy, Default)]
 pub struct SweepOptions<'a> {
     /// Worker threads; `None` takes rayon's pool as it is. The results do not depend on it.
     pub threads: Option<usize>,
-    /// Hears how many conditions are done.
+    /// Receiver of the number of finished conditions.
     pub progress: Option<&'a dyn Progress>,
-    /// Run conditions again that the journal says have failed.
+    /// Whether conditions that failed by the journal are run again.
     pub retry_failed: bool,
 }
 
-/// Solves every one of `conditions`, by their places in the design, that `journal` does not hold, records each as it is
-/// finished, and returns what became of all up to the last of them in the order of the design.
+/// Solves every one of `conditions`, by their indices in the design, that `journal` does not hold, and records each as it is
+/// finished. Returns the outcomes of all up to the last of them in the order of the design.
 ///
-/// `solve` gets the place of a condition: what it returns must not depend on which others have been solved, so that
-/// neither the order nor the number of threads shows in the results. It is called from several threads at once; rayon
-/// calls inside it are served by workers that wait or have nothing left to do. An error, a panic or a value that is
-/// not finite is recorded as the reason of a failure and does not stop the rest. An error that the operating system gave
-/// (a full disk, a program that is not there) is none of the condition: it is not recorded, and ends the sweep.
+/// `solve` gets the index of a condition. The result must not depend on other conditions solved before, so that neither the
+/// order nor the number of threads shows in the results. The function is called from several threads at once; rayon calls
+/// inside it are served by workers that wait or have nothing left to do. An error, a panic or a value that is not finite is
+/// recorded as the reason of a failure and does not stop the rest. An error that the operating system gave (a full disk, a
+/// program that is not there) is none of the condition: it is not recorded, and ends the sweep.
 ///
 /// # Errors
-/// The journal is not that of these conditions or cannot be written, the threads cannot be started, or `solve` met an error of the
-/// operating system.
+/// The journal is not that of these conditions or cannot be written, the threads cannot be started, or `solve` met an error of
+/// the operating system.
 pub fn run(
     conditions: Range<usize>,
     outputs: usize,
@@ -44,11 +44,11 @@ pub fn run(
     journal.held(end)
 }
 
-/// Solves those of `rows`, places in the design in ascending order, that `journal` does not hold, as [`run`] does. Progress is told
-/// as so many of `total` pieces of a name, which are all held at the end.
+/// Solves the `rows` (indices in the design, ascending) that `journal` does not hold, as [`run`] does. Progress is reported as
+/// a number of `total` pieces of a name, which are all held at the end.
 ///
 /// # Errors
-/// As [`run`].
+/// Errors of [`run`].
 pub fn run_rows(
     rows: &[usize],
     (total, what): (usize, &str),

@@ -13,30 +13,30 @@ use coldplate_base::error::{Error, Result};
 
 /// Folder of the parts' journals, in that of the results.
 pub const SHARDS: &str = "shards";
-/// More parts than anyone has processors.
+/// Most parts of a sweep, count. Chosen: more than any machine has processors.
 const MOST: usize = 100_000;
 
-/// One of so many parts: every so-manieth condition, so that parts take about as long as each other.
+/// One of N parts of a sweep: every N-th condition, so that all parts take about the same time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Shard {
-    /// Which, from 1.
+    /// Number of the part, from 1.
     pub number: usize,
-    /// Of how many.
+    /// Number of all parts.
     pub of: usize,
 }
 
 impl Shard {
-    /// All parts, where there are so many.
+    /// All `of` parts.
     pub fn all(of: usize) -> impl Iterator<Item = Self> {
         (1..=of).map(move |number| Self { number, of })
     }
 
-    /// Its conditions, of so many, by their places in the design.
+    /// Conditions of the part, of so many, by their indices in the design.
     pub fn rows(self, conditions: usize) -> impl Iterator<Item = usize> {
         (self.number - 1..conditions).step_by(self.of)
     }
 
-    /// Its journal, where the results are in `folder`.
+    /// Path of the part's journal, for results in `folder`.
     pub fn journal(self, folder: &Path) -> PathBuf {
         folder.join(SHARDS).join(format!("{}-of-{}.journal", self.number, self.of))
     }
@@ -58,15 +58,15 @@ impl FromStr for Shard {
     }
 }
 
-/// What became of a part: each field is a key of `coldplate sweep --shard --json`.
+/// Result of a part: each field is a key of `coldplate sweep --shard --json`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 #[allow(missing_docs)]
 pub struct ShardRecord {
-    /// `K/N`.
+    /// Name of the part, `K/N`.
     pub shard: String,
     /// Conditions of the part.
     pub conditions: usize,
-    /// Of these, those that its journal or that of the whole sweep held already.
+    /// Conditions of the part that its journal or that of the whole sweep held already.
     pub resumed: usize,
     /// Conditions without result.
     pub failed: usize,
@@ -75,10 +75,10 @@ pub struct ShardRecord {
     pub damaged_lines: Vec<usize>,
 }
 
-/// Refuses a design that grows: what is added depends on all that was solved.
+/// Refuses a design that grows or that a reduced model answers: both depend on all conditions.
 ///
 /// # Errors
-/// It does.
+/// The design grows, or a reduced model answers it.
 pub fn check(plan: &Plan) -> Result<()> {
     if plan.accuracy.is_some() {
         return Err(Error::input("a sweep that a reduced model answers cannot be shared out: the model is made of all its conditions")
@@ -93,10 +93,10 @@ pub fn check(plan: &Plan) -> Result<()> {
         .help("run it on one machine, or take a design of a given number of runs"))
 }
 
-/// Runs what a part lacks: conditions that neither its journal nor that of the whole sweep holds.
+/// Runs the missing conditions of a part: those that neither its journal nor that of the whole sweep holds.
 ///
 /// # Errors
-/// The design grows; a journal cannot be written, is in use, or is that of another sweep; as [`super::run`] otherwise.
+/// The design grows; a journal cannot be written, is in use, or is that of another sweep; errors of [`super::run`].
 pub fn run(
     (plan, subject): (&Plan, &Subject),
     folder: &Path,

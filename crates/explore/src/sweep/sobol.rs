@@ -7,12 +7,13 @@
 use coldplate_base::error::{Error, Result};
 use coldplate_base::random::Random;
 
-/// Largest number of dimensions.
+/// Largest number of dimensions, count; the table below has no more.
 pub const DIMENSIONS: usize = 10;
 
+/// Bits of a coordinate, count: width of the integers of the sequence.
 const BITS: usize = 32;
 
-/// Degree, inner coefficients and initial direction numbers of dimensions 2 to 10.
+/// Degree, inner coefficients and initial direction numbers of dimensions 2 to 10, from the file of Joe and Kuo.
 const JOE_KUO: [(usize, u32, &[u32]); DIMENSIONS - 1] = [
     (1, 0, &[1]),
     (2, 1, &[1, 3]),

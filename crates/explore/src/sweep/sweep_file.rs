@@ -1,4 +1,4 @@
-//! A sweep file with what it takes to run it.
+//! A sweep file with everything that a run of it needs.
 
 use std::path::{Path, PathBuf};
 
@@ -12,7 +12,8 @@ use coldplate_base::progress::Silent;
 use coldplate_describe::machine::{Condition, Machine, ModelError, Scope};
 use coldplate_solve::sensitivity::Study;
 
-/// Most conditions of the design that cells are chosen for, where the machine file asks for an accuracy of the mesh.
+/// Most conditions of the design that cells are chosen for, count, if the machine file asks for an accuracy of the mesh.
+/// Chosen: each costs solves.
 const CHOSEN_AT: usize = 16;
 
 /// A sweep ready to run.
@@ -20,26 +21,26 @@ const CHOSEN_AT: usize = 16;
 pub struct Sweep {
     /// The sweep file.
     pub definition: Definition,
-    /// Its variables, points and limits.
+    /// Variables, measurement points and limits of the sweep.
     pub scope: Scope,
     /// The conditions.
     pub plan: Plan,
     solver: Solving,
 }
 
-/// Who solves.
+/// Solver of the sweep.
 #[derive(Debug)]
 enum Solving {
-    /// We do: the machine file with the machine on its mesh, and what is open of it.
+    /// Our own solver: the machine file with the machine on its mesh, and its uncertain parameters.
     Own(Box<(Study, Open)>),
     /// Another program.
     Program(Box<Program>),
 }
 
 impl Sweep {
-    /// Reads a sweep file and its machine and makes the mesh: of `cells` cells, or else as many as the sweep file says,
-    /// or else as many as the machine file says. `sets` are changes to the machine file after those of the sweep file.
-    /// Where another program solves, it is asked for its version.
+    /// Reads a sweep file and its machine and makes the mesh: of `cells` cells, or else as many as the sweep file states, or
+    /// else as many as the machine file states. `sets` are changes to the machine file after those of the sweep file. Another
+    /// program that solves is asked for its version.
     ///
     /// # Errors
     /// One of the files is wrong, the mesh cannot be made, or the program not be run.
@@ -69,28 +70,28 @@ impl Sweep {
     /// A sweep of a machine that was read already.
     ///
     /// # Errors
-    /// As [`Open::of`].
+    /// Errors of [`Open::of`].
     pub fn of(definition: Definition, plan: Plan, study: Study) -> Result<Self> {
         let open = Open::of(&study, definition.uncertainty)?;
         Ok(Self { definition, scope: study.model.machine.scope(), plan, solver: Solving::Own(Box::new((study, open))) })
     }
 
-    /// The machine file with the machine on its mesh, where we solve.
+    /// The machine file with the machine on its mesh, if our own solver is used.
     pub fn study(&self) -> Option<&Study> {
         if let Solving::Own(own) = &self.solver { Some(&own.0) } else { None }
     }
 
-    /// The machine on its mesh, where we solve, and nothing else of the sweep.
+    /// The machine on its mesh, if our own solver is used, and nothing else of the sweep.
     pub fn into_study(self) -> Option<Study> {
         if let Solving::Own(own) = self.solver { Some(own.0) } else { None }
     }
 
-    /// The program that solves, where it is another.
+    /// The other program that solves, if there is one.
     pub fn program(&self) -> Option<&Program> {
         if let Solving::Program(program) = &self.solver { Some(program) } else { None }
     }
 
-    /// Who solves, for a line that names the sweep: `on 5000 cells`, `by ccx, version 2.20`.
+    /// Solver in words, for a line that names the sweep: `on 5000 cells`, `by ccx, version 2.20`.
     pub fn solver_in_words(&self) -> String {
         match &self.solver {
             Solving::Own(own) => format!("on {} cells", own.0.model.mesh.cells),
@@ -98,7 +99,7 @@ impl Sweep {
         }
     }
 
-    /// What the results depend on, and what they are called.
+    /// Identity and names of the results.
     pub fn subject(&self) -> Subject {
         let (machine, hash) = (self.scope.name.clone(), self.scope.hash.clone());
         match &self.solver {
@@ -119,7 +120,7 @@ impl Sweep {
         }
     }
 
-    /// Every condition is solved in full, whatever accuracy the sweep file asks for.
+    /// Sets that every condition is solved in full, whatever accuracy the sweep file asks for.
     pub fn solve_in_full(&mut self) {
         self.plan.accuracy = None;
     }
@@ -129,18 +130,18 @@ impl Sweep {
         self.plan.middle()
     }
 
-    /// Runs what the journal in `folder` does not hold yet and writes the tables.
+    /// Runs the conditions that the journal in `folder` does not hold yet and writes the tables.
     ///
     /// # Errors
-    /// As [`super::execute`], or the shared setup fails.
+    /// Errors of [`super::execute`], or the shared setup fails.
     pub fn run(&self, folder: impl AsRef<Path>, options: SweepOptions<'_>) -> Result<Swept> {
         self.run_growing(folder.as_ref(), options, &mut |_| Ok(None))
     }
 
-    /// The same, with what `grow` adds to it round by round, where the design grows.
+    /// Runs the sweep as [`Sweep::run`] does, with the conditions that `grow` adds round by round if the design grows.
     ///
     /// # Errors
-    /// As [`Sweep::run`], and those of `grow`.
+    /// Errors of [`Sweep::run`] and of `grow`.
     pub fn run_growing(&self, folder: &Path, options: SweepOptions<'_>, grow: &mut Grow<'_>) -> Result<Swept> {
         let subject = self.subject();
         if let (Solving::Own(own), Some(accuracy)) = (&self.solver, self.plan.accuracy) {
@@ -152,27 +153,27 @@ impl Sweep {
         Ok(swept)
     }
 
-    /// Runs what one part of the conditions lacks, into a journal of its own below `folder`.
+    /// Runs the missing conditions of one part, into a journal of its own below `folder`.
     ///
     /// # Errors
-    /// As [`shards::run`].
+    /// Errors of [`shards::run`].
     pub fn run_shard(&self, folder: &Path, shard: Shard, options: SweepOptions<'_>) -> Result<ShardRecord> {
         let subject = self.subject();
         Ok(self.solving(folder, options, |solve, options| shards::run((&self.plan, &subject), folder, shard, options, solve))?.0)
     }
 
-    /// Brings what other journals hold into that of `folder`.
+    /// Merges the conditions of other journals into that of `folder`.
     ///
     /// # Errors
-    /// As [`merge::merge`].
+    /// Errors of [`merge::merge`].
     pub fn merge(&self, folder: &Path, journals: &[PathBuf]) -> Result<Merged> {
         merge::merge(&self.plan, &self.subject(), folder, journals)
     }
 
-    /// The same, where there may be no other journals yet.
+    /// Merges journals as [`Sweep::merge`] does; there may be no other journals yet.
     ///
     /// # Errors
-    /// As [`merge::merge_any`].
+    /// Errors of [`merge::merge_any`].
     pub fn merge_any(&self, folder: &Path, journals: &[PathBuf]) -> Result<Merged> {
         merge::merge_any(&self.plan, &self.subject(), folder, journals)
     }
@@ -180,12 +181,13 @@ impl Sweep {
     /// Writes the tables of a sweep whose journal in `folder` holds every condition; nothing is solved.
     ///
     /// # Errors
-    /// As [`super::execute`].
+    /// Errors of [`super::execute`].
     pub fn tables(&self, folder: &Path) -> Result<Swept> {
         execute(&self.plan, &self.subject(), folder, SweepOptions::default(), |_| Err(Error::numerics("the journal does not hold it")))
     }
 
-    /// Sets up who solves and hands the solver to `work`, with the options as they are for it; notes say what is doubtful.
+    /// Sets the solver up and hands it to `work`, with the options that suit it. Returns the doubts about the conditions as
+    /// notes.
     fn solving<R>(
         &self,
         folder: &Path,

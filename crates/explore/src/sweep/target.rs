@@ -1,4 +1,4 @@
-//! What a sweep file asks, and who answers: our own solver, or another program.
+//! Scope of a sweep file, and its solver: our own, or another program.
 
 use std::path::Path;
 
@@ -10,10 +10,10 @@ use coldplate_base::error::Result;
 use coldplate_describe::machine::{Machine, Scope};
 
 impl Definition {
-    /// The machine file with the changes of this file and then `sets`, where one is named.
+    /// The machine file with the changes of this file and then `sets`; `None` if this file names no machine.
     ///
     /// # Errors
-    /// It cannot be read, or a change not be made.
+    /// The machine file cannot be read, or a change not be made.
     pub fn machine_file(&self, sets: &[(String, String)]) -> Result<Option<Document>> {
         let Some(machine) = &self.machine else { return Ok(None) };
         let mut document = Document::read(machine)?;
@@ -23,18 +23,18 @@ impl Definition {
         Ok(Some(document))
     }
 
-    /// Variables, points and limits: those of the machine file with `sets`, or of this file where it names none.
+    /// Variables, measurement points and limits: those of the machine file with `sets`, or of this file if it names none.
     ///
     /// # Errors
-    /// The machine file is wrong, or what stands in its place here.
+    /// The machine file is wrong, or the tables in its place here are.
     pub fn scope(&self, sets: &[(String, String)]) -> Result<Scope> {
         Ok(self.asked(sets)?.0)
     }
 
-    /// The scope, and the program that solves where it is another.
+    /// The scope, and the other program that solves, if there is one.
     ///
     /// # Errors
-    /// As [`Definition::scope`] and [`Program::read`].
+    /// Errors of [`Definition::scope`] and [`Program::read`].
     pub fn asked(&self, sets: &[(String, String)]) -> Result<(Scope, Option<Program>)> {
         let root = self.document().root();
         let machine = self.machine_file(sets)?.map(|document| Machine::from_document(&document)).transpose()?;
@@ -48,7 +48,7 @@ impl Definition {
         if self.machine.is_none()
             && let Some((key, _)) = self.set.iter().chain(sets).next()
         {
-            return Err(root.error_at("set", format!("'{key}' is to be changed, and there is no machine file")).help("remove it"));
+            return Err(root.error_at("set", format!("'{key}' cannot be changed: there is no machine file")).help("remove it"));
         }
         let folder = self.document().file().parent().unwrap_or(Path::new(""));
         let machine = machine.map(|machine| machine.scope());
@@ -70,7 +70,7 @@ impl Definition {
 /// The scope of a file: of a machine, or of a sweep that another program solves.
 ///
 /// # Errors
-/// As [`Machine::from_document`] and [`Definition::scope`].
+/// Errors of [`Machine::from_document`] and [`Definition::scope`].
 pub fn scope_of(path: &Path) -> Result<Scope> {
     let document = Document::read(path)?;
     match document.root().has(SOLVER) {

@@ -1,4 +1,4 @@
-//! What is open of the machine of a sweep, and the note of it that stands with the slopes.
+//! Uncertain parameters of the machine of a sweep, and the note of them beside the slopes.
 
 use std::collections::BTreeMap;
 
@@ -14,14 +14,14 @@ use coldplate_solve::sensitivity::{OpenParameter, Origin, Scale, Study};
 /// Key of the note in the provenance of a table of slopes.
 const NOTE: &str = "uncertainty";
 
-/// What is open of a machine.
+/// Uncertain parameters of a machine, and its model error.
 #[derive(Debug, Clone)]
 pub struct Open {
     /// Uncertain parameters.
     pub parameters: Vec<OpenParameter>,
-    /// Their correlations.
+    /// Correlations of the parameters.
     pub correlations: Vec<Vec<f64>>,
-    /// What the model misses.
+    /// Error of the model against measurements.
     pub model_error: ModelError,
 }
 
@@ -49,10 +49,10 @@ struct ParameterNote<'a> {
 }
 
 impl Open {
-    /// What a sweep takes as open of a machine.
+    /// Uncertain parameters of a machine that a sweep follows.
     ///
     /// # Errors
-    /// As [`Study::open_parameters`] and [`Study::correlations`].
+    /// Errors of [`Study::open_parameters`] and [`Study::correlations`].
     pub fn of(study: &Study, openness: Openness) -> Result<Self> {
         let parameters = match openness {
             Openness::None => Vec::new(),

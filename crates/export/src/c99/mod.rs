@@ -14,8 +14,11 @@ use crate::{ExportError, File};
 use pair::Pair;
 use single::Single;
 
+/// The header file.
 const HEADER: &str = include_str!("surrogate.h");
+/// The source file.
 const SOURCE: &str = include_str!("surrogate.c");
+/// Arithmetic of pairs, for single precision.
 const PAIRS: &str = include_str!("pairs.c");
 
 pub(crate) fn write(content: &Content, name: &str) -> Vec<File> {

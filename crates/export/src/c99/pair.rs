@@ -11,6 +11,7 @@ pub(super) struct Pair {
     pub(super) low: f32,
 }
 
+/// Natural logarithm of 2 (dimensionless).
 const LN_2: f64 = std::f64::consts::LN_2;
 /// Argument x (dimensionless) from which on exp(-x) is taken as zero: exp(-87) is near the smallest normal number of
 /// single precision.

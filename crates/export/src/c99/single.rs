@@ -15,9 +15,10 @@ const BLOCK: usize = 128;
 /// Error of a value, in its unit, above which the bases are computed in pairs of numbers. Chosen: far below the
 /// accuracy of sensors; pairs cost time.
 const PLAIN: f64 = 1e-4;
-/// Largest allowed error of a value: SHARE of the half width of its band, or LEAST in its unit if that is larger.
-/// Chosen: small beside the band and beside the accuracy of sensors.
+/// Largest allowed error of a value as a share of the half width of its band (dimensionless). Chosen: small beside the
+/// band.
 const SHARE: f64 = 0.1;
+/// Error of a value that is always allowed, in its unit. Chosen: small beside the accuracy of sensors.
 const LEAST: f64 = 0.01;
 /// Number of conditions added to the self-test (count), at which arithmetic that loses digits is furthest off. Chosen:
 /// size of the source against the chance to notice such arithmetic.

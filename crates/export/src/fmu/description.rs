@@ -110,12 +110,12 @@ impl Description<'_> {
         add("state".into(), "verdict at the confidence".into(), Kind::State);
         let Some(own) = &content.in_time else { return entries };
         for (point, name) in content.points.iter().zip(named("now.", points())) {
-            add(name, format!("{}: what it reads now", point.name), Kind::Output { unit: point.unit.clone() });
+            add(name, format!("{}: present reading", point.name), Kind::Output { unit: point.unit.clone() });
         }
         add("at_rest".into(), "whether it begins in the steady state of the inputs".into(), Kind::AtRest);
         let unit = content.points.first().map_or_else(String::new, |point| point.unit.clone());
         add("initial_temperature".into(), "what everything has at the beginning otherwise".into(), Kind::Initial { unit });
-        (1..=own.states).for_each(|k| add(format!("states[{k}]"), "state of what moves".into(), Kind::Moving));
+        (1..=own.states).for_each(|k| add(format!("states[{k}]"), "state of the dynamics".into(), Kind::Moving));
         let first = entries.len() - own.states;
         for k in 0..own.states {
             let (name, description) = (format!("derivatives[{}]", k + 1), "in a second".to_owned());

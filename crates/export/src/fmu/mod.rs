@@ -16,6 +16,7 @@ use crate::template::{Filling, wrapped};
 use crate::{ExportError, File, c99, json};
 use description::Description;
 
+/// The part of the C source common to both versions of the interface.
 const CORE: &str = include_str!("core.c");
 
 /// Version of the interface.
@@ -98,6 +99,7 @@ fn interface(content: &Content, name: &str, token: &str, version: Version) -> St
 
 /// Token by which an importer knows that description and binary belong together: 128 bits of FNV-1a.
 fn token(text: &str) -> String {
+    /// Prime of FNV-1a with 128 bits.
     const PRIME: u128 = 0x0000_0000_0100_0000_0000_0000_0000_013b;
     let mut hash: u128 = 0x6c62_272e_07bb_0142_62b8_2175_6295_c58d;
     for byte in text.bytes() {

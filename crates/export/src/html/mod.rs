@@ -6,6 +6,7 @@ use crate::content::Content;
 use crate::template::Filling;
 use crate::{File, json};
 
+/// The page.
 const PAGE: &str = include_str!("page.html");
 /// Arithmetic of the surrogate; tests run it alone.
 const CORE: &str = include_str!("surrogate.js");

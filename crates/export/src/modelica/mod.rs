@@ -9,6 +9,7 @@ use crate::content::Content;
 use crate::flat::{self, Entries, Table, Tables};
 use crate::template::{Filling, wrapped};
 
+/// The package.
 const SOURCE: &str = include_str!("surrogate.mo");
 
 pub(crate) fn write(content: &Content, name: &str) -> Vec<File> {

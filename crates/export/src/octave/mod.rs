@@ -6,7 +6,9 @@ use crate::File;
 use crate::content::{Content, InTime};
 use crate::template::Filling;
 
+/// The function file of a surrogate.
 const SOURCE: &str = include_str!("surrogate.m");
+/// The function file of the machine over time.
 const IN_TIME: &str = include_str!("in_time.m");
 
 pub(crate) fn write(content: &Content, name: &str) -> Vec<File> {

@@ -11,8 +11,9 @@ use crate::{File, json};
 use graph::{Builder, Elements, Value};
 use proto::{Entry, Model, OperatorSet};
 
-/// Version of the operators, and the oldest version of the format with these operators.
+/// Version of the ONNX operators.
 const OPSET: i64 = 17;
+/// Oldest version of the ONNX format with these operators.
 const FORMAT: i64 = 8;
 
 pub(crate) fn write(surrogate: &Surrogate<'_>, content: &Content, name: &str) -> Vec<File> {

@@ -2,11 +2,13 @@
 
 use prost::Message;
 
-/// Type code of elements: booleans. DOUBLE: double precision.
+/// Type code of elements: booleans (ONNX, `TensorProto.DataType`).
 pub(super) const BOOL: i32 = 9;
+/// Type code of elements: double precision.
 pub(super) const DOUBLE: i32 = 11;
+/// Type code of elements: integers of 64 bits.
 pub(super) const INT64: i32 = 7;
-/// Type code of attributes: integers.
+/// Type code of attributes: integers (ONNX, `AttributeProto.AttributeType`).
 pub(super) const ATTRIBUTE_INT: i32 = 2;
 
 #[derive(Clone, PartialEq, Message)]

@@ -8,11 +8,14 @@ use crate::flat::{self, Entries, Table, Tables};
 use crate::name::comment;
 use crate::template::{Filling, wrapped};
 
+/// The function block.
 const SOURCE: &str = include_str!("surrogate.st");
+/// The part of the function block for the machine over time.
 const IN_TIME: &str = include_str!("in_time.st");
 
-/// Pole of the steps (dimensionless), and the weights of one, two and three solves: as in the runtime.
+/// Pole of the steps (dimensionless), as in the runtime.
 const POLE: f64 = 0.435_866_521_508_459;
+/// Weights of one, two and three solves (dimensionless), as in the runtime.
 const WEIGHTS: [f64; 3] = {
     let (first, second) = (1.0 / POLE, 0.5 / (POLE * POLE));
     let third = second - first - (first - 1.0);

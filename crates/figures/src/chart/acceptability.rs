@@ -1,6 +1,5 @@
-//! Which conditions are acceptable, over any two variables: the three verdicts as areas told apart by
-//! colour, lightness and hatching, the margin to the binding limit as contour lines, and the limit
-//! that binds named in each area.
+//! Map of acceptable conditions over any two variables: the three verdicts as areas told apart by colour, lightness
+//! and hatching, the margin to the binding limit as contour lines, and the limit that binds named in each area.
 
 use statrs::distribution::{ContinuousCDF, Normal};
 
@@ -39,7 +38,7 @@ impl CellState {
         }
     }
 
-    /// Its name.
+    /// Name of the verdict.
     pub fn name(self) -> &'static str {
         match self {
             Self::Acceptable => "acceptable",
@@ -56,7 +55,7 @@ pub struct Here {
     pub x: f64,
     /// Vertical value.
     pub y: f64,
-    /// What it is.
+    /// Label of the condition.
     pub label: String,
 }
 
@@ -80,7 +79,7 @@ pub struct AcceptabilityMap {
     /// Half width of the margin's band per node, which places the borders of the uncertain area
     /// between nodes; may be empty, the borders then run half-way between nodes.
     pub half_width: Vec<f64>,
-    /// Probability that all limits are kept per node; where it is given, its contour lines are drawn in place of the margin's.
+    /// Probability per node that all limits are kept; if given, its contour lines are drawn instead of the margin's.
     pub probability: Vec<f64>,
     /// Verdict per node.
     pub state: Vec<CellState>,
@@ -96,24 +95,28 @@ pub struct AcceptabilityMap {
     pub notes: Vec<String>,
 }
 
-/// Sizes of what is drawn inside a map.
+/// Sizes of labels and badges inside a map.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Look {
-    /// Font size of contour labels.
+    /// Font size of contour labels, CSS pixels.
     pub label: f64,
-    /// Radius of the letters' circles.
+    /// Radius of the letters' circles, CSS pixels.
     pub badge: f64,
     /// Whether contours other than zero are drawn.
     pub contours: bool,
 }
 
+/// Width of the figure, CSS pixels. Chosen by eye.
 const WIDTH: f64 = 980.0;
+/// Width of the plot, CSS pixels. Chosen by eye.
 const PLOT_WIDTH: f64 = 668.0;
+/// Height of the plot, CSS pixels. Chosen by eye.
 const PLOT: f64 = 500.0;
-/// Dash of the border between areas with different binding limits.
+/// Dash of the border between areas with different binding limits, CSS pixels. Chosen by eye.
 const BINDING_BORDER: Dash = &[3.0, 3.5];
 
-/// Probabilities whose lines are drawn.
+/// Probabilities whose contour lines are drawn, dimensionless. Chosen: the verdicts' 0.05 and 0.95, and steps around
+/// them.
 const PROBABILITIES: [f64; 7] = [0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99];
 
 /// The letter of a limit: A to Z, then A1, B1, ...
@@ -168,7 +171,7 @@ impl AcceptabilityMap {
     /// The axes of the map, from end to end of its values.
     ///
     /// # Errors
-    /// Input, where the map's data contradict each other or are empty.
+    /// Input: the map's data contradict each other or are empty.
     pub fn axes(&self) -> Result<(Axis, Axis)> {
         let grid = self.margins()?;
         let ends = |axis: &[f64]| Range { low: axis[0], high: axis[axis.len() - 1] };
@@ -178,13 +181,13 @@ impl AcceptabilityMap {
     /// Areas, contours and letters inside a frame made with [`AcceptabilityMap::axes`].
     ///
     /// # Errors
-    /// As [`AcceptabilityMap::axes`], and if the surface refuses.
+    /// Errors of [`AcceptabilityMap::axes`]; the surface refuses.
     pub fn paint_inside<S: Surface>(&self, canvas: &mut Canvas<S>, frame: &Frame, look: Look) -> Result<()> {
         let margins = self.margins()?;
         let (accept, reject) = self.borders(&margins);
         let known = Grid { z: margins.z.iter().map(|m| if m.is_finite() { 1.0 } else { f64::NAN }).collect(), ..margins.clone() };
         let place = |x: f64, y: f64| frame.at(x, y);
-        // What is neither acceptable nor refused is uncertain, so that colour goes under the others.
+        // The rest is uncertain, so that colour goes under the others.
         fill_positive(canvas, &known, UNCERTAIN, place)?;
         fill_positive(canvas, &accept, ACCEPTABLE, place)?;
         fill_positive(canvas, &reject, NOT_ACCEPTABLE, place)?;
@@ -231,7 +234,7 @@ impl AcceptabilityMap {
         }
     }
 
-    /// Contour lines of the probability. They are found in standard deviations, in which it is nearly straight.
+    /// Contour lines of the probability, found on its normal quantile, which is nearly linear.
     fn probability_lines(&self, frame: &Frame, margins: &Grid) -> Vec<Level> {
         let deviations = |p: f64| Normal::standard().inverse_cdf(p.clamp(1e-9, 1.0 - 1e-9));
         let z = self.probability.iter().map(|p| if p.is_finite() { deviations(*p) } else { f64::NAN }).collect();
@@ -256,7 +259,7 @@ impl AcceptabilityMap {
         levels
     }
 
-    /// Contour lines of the margin: that of a limit just reached, the others where the look has them.
+    /// Contour lines of the margin: the zero line, and the others if the look has contours.
     fn margin_lines(&self, frame: &Frame, margins: &Grid, look: Look) -> Vec<Level> {
         let levels = self.levels(margins);
         let step = levels.windows(2).map(|p| (p[1] - p[0]).abs()).filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min);
@@ -272,8 +275,8 @@ impl AcceptabilityMap {
         levels.into_iter().filter(|level| is_zero(*level) || look.contours).map(line).collect()
     }
 
-    /// Whether the margin jumps within a cell because another limit begins to bind there. The margins between are nobody's,
-    /// so lines of them would be a wall along the border.
+    /// Whether the margin jumps within a cell because another limit begins to bind there. The margins between belong to no
+    /// limit, so their contour lines would be a wall along the border.
     fn jumps(&self, margins: &Grid, (i, j): (usize, usize), step: f64) -> bool {
         let nodes = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)];
         let binding = nodes.map(|(i, j)| self.binding.get(j * self.x_values.len() + i));
@@ -301,7 +304,7 @@ impl AcceptabilityMap {
             }
         }
         present.sort_unstable();
-        // The largest area's border is made of the others'.
+        // The border of the largest area is made of the borders of the others.
         present.pop();
         for (done, (_, number)) in present.iter().enumerate() {
             // Borders with areas already drawn are left out, so that no border is drawn twice.
@@ -321,7 +324,7 @@ impl AcceptabilityMap {
         Ok(())
     }
 
-    /// Where the letters of the binding limits stand: in every zone large enough to hold one.
+    /// Places of the letters of the binding limits: in every zone large enough to hold one.
     fn badges(&self, frame: &Frame, look: Look) -> Vec<(Place, usize)> {
         let (nx, ny) = (self.x_values.len(), self.y_values.len());
         let spacing = (frame.width / (nx.max(2) - 1) as f64, frame.height / (ny.max(2) - 1) as f64);
@@ -396,7 +399,7 @@ impl AcceptabilityMap {
     }
 }
 
-/// A staircase between nodes as the slope it stands for: repeated averaging with both neighbours, ends kept.
+/// Smooths a staircase between nodes by repeated averaging with both neighbours; the ends are kept.
 fn smoothed(points: &[Place]) -> Vec<Place> {
     let mut line = points.to_vec();
     for _ in 0..60 {

@@ -7,7 +7,7 @@ use super::surface::Surface;
 use super::ticks::{self, Range, Ticks};
 use coldplate_base::error::Result;
 
-/// How values are spaced along an axis.
+/// Spacing of values along an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Spacing {
     /// Evenly.
@@ -15,11 +15,11 @@ pub enum Spacing {
     Linear,
     /// By their logarithm; the range must be positive.
     Logarithmic,
-    /// Evenly, with ticks at whole numbers only: what is counted.
+    /// Evenly, with ticks at whole numbers only, for counts.
     Counting,
 }
 
-/// What an axis shows.
+/// An axis: title, range and spacing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
     /// Title, with its unit.
@@ -36,7 +36,7 @@ impl Axis {
         Self { title: title.into(), range, spacing: Spacing::Linear }
     }
 
-    /// An evenly spaced axis of what is counted.
+    /// An evenly spaced axis of counts.
     pub fn counting(title: impl Into<String>, range: Range) -> Self {
         Self { title: title.into(), range, spacing: Spacing::Counting }
     }
@@ -46,7 +46,7 @@ impl Axis {
         Self { title: title.into(), range, spacing: Spacing::Logarithmic }
     }
 
-    /// Where a value lies, 0 at the low end and 1 at the high end.
+    /// Place of a value along the axis, 0 at the low end and 1 at the high end.
     pub fn fraction(&self, value: f64) -> f64 {
         let Range { low, high } = self.range;
         match self.spacing {
@@ -115,7 +115,7 @@ impl Frame {
         Self::with_text((left, top), (width, height), x, y, size::TICK)
     }
 
-    /// As [`Frame::inside`], with tick labels of this size; titles are one pixel larger.
+    /// A plot like [`Frame::inside`], with tick labels of this size; titles are one pixel larger.
     pub fn with_text((left, top): Place, (width, height): (f64, f64), x: Axis, y: Axis, text: f64) -> Self {
         let below = 2.0 * text + 22.0;
         let above = 0.5 * text;
@@ -148,7 +148,7 @@ impl Frame {
         self.top + self.height
     }
 
-    /// Where a pair of values is drawn.
+    /// Place at which a pair of values is drawn.
     pub fn at(&self, x: f64, y: f64) -> Place {
         (self.left + self.x.fraction(x) * self.width, self.bottom() - self.y.fraction(y) * self.height)
     }
@@ -221,7 +221,7 @@ impl Frame {
     }
 }
 
-/// A title set a little smaller where it is too long, and shortened where that is not enough.
+/// A title set a little smaller if it is too long, and shortened if that is not enough.
 fn fitted(title: &str, size: f64, limit: f64) -> (String, f64) {
     let width = fonts::width(title, size, Weight::Regular).max(1.0);
     let size = (size * limit / width).clamp(size.min(12.0), size);

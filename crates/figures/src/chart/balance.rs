@@ -1,4 +1,4 @@
-//! Where the heat comes from and goes, before and after a change of the model: two bars per source and sink.
+//! Heat balance before and after a change of the model: two bars per source and sink.
 
 use super::Figure;
 use super::axis::Axis;
@@ -14,14 +14,14 @@ use super::surface::Surface;
 use super::ticks::Range;
 use coldplate_base::error::{Error, Result};
 
-/// One source or sink, W; `None` where it is not part of the model.
+/// One source or sink, W; `None` if it is not part of the model.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct HeatPair {
-    /// Its name.
+    /// Name of the source or sink.
     pub name: String,
-    /// As the model was.
+    /// Heat in the model as it was, W.
     pub before: Option<f64>,
-    /// As it is with the change.
+    /// Heat in the model with the change, W.
     pub after: Option<f64>,
 }
 
@@ -30,11 +30,11 @@ pub struct HeatPair {
 pub struct BalanceFigure {
     /// Title.
     pub title: String,
-    /// What goes into the machine.
+    /// Heat into the machine.
     pub sources: Vec<HeatPair>,
-    /// What goes out of it.
+    /// Heat out of the machine.
     pub sinks: Vec<HeatPair>,
-    /// What the two bars are.
+    /// Names of the two bars.
     pub names: [String; 2],
     /// The condition.
     pub fixed: Vec<(Quantity, f64)>,
@@ -42,10 +42,15 @@ pub struct BalanceFigure {
     pub notes: Vec<String>,
 }
 
+/// Width of the figure, CSS pixels. Chosen by eye.
 const WIDTH: f64 = 1000.0;
+/// Least height of a row, CSS pixels. Chosen by eye.
 const ROW: f64 = 36.0;
+/// Height of a heading, CSS pixels. Chosen by eye.
 const HEADING: f64 = 28.0;
+/// Colour and hatching of the bar before the change. Chosen by eye.
 const BEFORE: (Rgb, Hatch) = (Rgb(190, 190, 190), Hatch::Plain);
+/// Colour and hatching of the bar after the change. Chosen by eye.
 const AFTER: (Rgb, Hatch) = (BLUE, Hatch::Plain);
 
 impl BalanceFigure {

@@ -1,4 +1,4 @@
-//! What a change of the model gains on conditions it was not made from: predicted over measured, and the error of every
+//! Gain of a change of the model on conditions it was not made from: predicted over measured, and the error of every
 //! condition, before and after.
 
 use super::Figure;
@@ -16,22 +16,25 @@ use coldplate_base::error::{Error, Result};
 pub struct BeforeAfter {
     /// Title.
     pub title: String,
-    /// What is measured.
+    /// Quantity that is measured.
     pub quantity: Quantity,
     /// Measured, predicted before, predicted after.
     pub readings: Vec<[f64; 3]>,
     /// Root mean square error of each condition, before and after, in the order of the conditions.
     pub conditions: Vec<(f64, f64)>,
-    /// What the readings' own uncertainty comes to; not finite draws none.
+    /// Error that the readings' own uncertainty accounts for; not finite draws no line.
     pub noise_floor: f64,
-    /// What before and after are.
+    /// Names of before and after.
     pub names: [String; 2],
     /// Lines for the footer.
     pub notes: Vec<String>,
 }
 
+/// Width of the figure, CSS pixels. Chosen by eye.
 const WIDTH: f64 = 1000.0;
+/// Height of the plot, CSS pixels. Chosen by eye.
 const PLOT: f64 = 380.0;
+/// Markers and colours of before and after. Chosen by eye.
 const LOOKS: [(Marker, Rgb); 2] = [(Marker::Frame, VERMILLION), (Marker::Disc, BLUE)];
 
 impl BeforeAfter {

@@ -1,5 +1,5 @@
-//! Where a condition stops being acceptable by several models of one machine: as it was described, as it was identified, as it
-//! was diagnosed. Of each, the zone in which it cannot tell, between its two borders.
+//! Borders of the acceptable conditions by several models of one machine: as it was described, as it was identified, as it was
+//! diagnosed. Between its two borders each model has a zone in which it cannot tell.
 
 use super::Figure;
 use super::acceptability::{AcceptabilityMap, CellState};
@@ -18,11 +18,12 @@ use coldplate_base::error::{Error, Result};
 /// One model of the machine over two variables; values per node lie at `[j * x_values.len() + i]`.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Model {
-    /// Its name, for the legend.
+    /// Name of the model, for the legend.
     pub name: String,
-    /// How far a node is from where a condition stops being acceptable: positive where it is acceptable.
+    /// Signed distance of a node from the border of acceptable conditions: positive where acceptable.
     pub acceptable: Vec<f64>,
-    /// How far it is from where a condition begins to be not acceptable: positive where it is not acceptable.
+    /// Signed distance of a node from the border of conditions that are not acceptable: positive where not
+    /// acceptable.
     pub not_acceptable: Vec<f64>,
 }
 
@@ -47,10 +48,13 @@ pub struct BordersFigure {
     pub notes: Vec<String>,
 }
 
+/// Width of the figure, CSS pixels. Chosen by eye.
 const WIDTH: f64 = 900.0;
+/// Height of the plot, CSS pixels. Chosen by eye.
 const PLOT: f64 = 500.0;
-/// Of the swatch of the zone in which a model cannot tell.
+/// Opacity of the zone in which a model cannot tell, 0 to 1. Chosen by eye.
 const OPACITY: f64 = 0.22;
+/// Font size of the models' names, CSS pixels. Chosen by eye.
 const LABEL: f64 = 13.0;
 
 /// Zones of neighbours in the legend are hatched the other way.

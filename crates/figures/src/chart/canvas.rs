@@ -78,19 +78,19 @@ impl<'a> Text<'a> {
         self.upwards = true;
         self
     }
-    /// Its width in CSS pixels.
+    /// Width of the text in CSS pixels.
     pub fn width(&self) -> f64 {
         fonts::width(self.text, self.size, self.weight)
     }
 }
 
-/// A surface addressed in CSS pixels. What is not finite is left out; what lies far outside is cut.
+/// A surface addressed in CSS pixels. Points that are not finite are left out; lines far outside are cut.
 pub struct Canvas<'a, S: Surface> {
     surface: &'a mut S,
     scale: f64,
 }
 
-/// Coordinates beyond this, in CSS pixels, are of no use and would overflow a surface.
+/// Largest coordinate, in CSS pixels. Chosen: beyond any figure, and below the overflow of a surface.
 const FAR: f64 = 20_000.0;
 
 impl<'a, S: Surface> Canvas<'a, S> {
@@ -103,7 +103,7 @@ impl<'a, S: Surface> Canvas<'a, S> {
     /// Draws with everything `factor` times as large.
     ///
     /// # Errors
-    /// Those of `paint`.
+    /// Errors of `paint`.
     pub fn magnified(&mut self, factor: f64, paint: impl FnOnce(&mut Self) -> Result<()>) -> Result<()> {
         let usual = self.scale;
         self.scale *= factor;
@@ -192,7 +192,7 @@ impl<'a, S: Surface> Canvas<'a, S> {
         self.surface.disc(centre, radius, colour)
     }
 
-    /// A marker; `radius` is that of the disc of the same weight.
+    /// A marker; `radius` is the radius of a disc of the same weight.
     ///
     /// # Errors
     /// If the surface refuses.

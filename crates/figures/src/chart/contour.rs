@@ -19,7 +19,7 @@ pub struct Grid {
 /// One connected contour line, in the coordinates of the grid.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Line {
-    /// Its points in order.
+    /// Points of the line in order.
     pub points: Vec<Place>,
     /// Whether the last point joins the first (which is then repeated at the end).
     pub closed: bool,
@@ -74,7 +74,8 @@ impl Grid {
         self.contour_in(level, |_, _| true)
     }
 
-    /// The same through those cells alone, named by their lower left nodes, that `is_open` lets it through.
+    /// The lines where the function equals `level`, only through cells, named by their lower left nodes, for which
+    /// `is_open` holds.
     pub fn contour_in(&self, level: f64, is_open: impl Fn(usize, usize) -> bool) -> Vec<Line> {
         chain(self.pieces(level, is_open))
     }
@@ -126,7 +127,7 @@ fn cell(axis: &[f64], v: f64) -> Option<(usize, f64)> {
 /// A grid edge: the node it begins at, and whether it is vertical.
 type Edge = (usize, usize, bool);
 
-/// Joins pieces that share an end into lines; the order of the pieces decides that of the lines.
+/// Joins pieces that share an end into lines; the order of the pieces decides the order of the lines.
 fn chain(pieces: Vec<[(Edge, Place); 2]>) -> Vec<Line> {
     let mut ends: BTreeMap<Edge, Vec<usize>> = BTreeMap::new();
     for (index, piece) in pieces.iter().enumerate() {
@@ -162,9 +163,9 @@ fn chain(pieces: Vec<[(Edge, Place); 2]>) -> Vec<Line> {
 /// A rectangle that labels keep clear of: left, top, right, bottom in CSS pixels.
 pub type Taken = (f64, f64, f64, f64);
 
-/// The place along a drawn line (CSS pixels) where a label of this size stands best: inside the
-/// bounds, clear of what is taken, where the line is straight, as near its middle as that allows.
-/// `None` where the line is shorter than twice the label or no place is free.
+/// The place along a drawn line (CSS pixels) where a label of this size stands best: inside the bounds, clear of
+/// taken places, where the line is straight, as near its middle as possible. `None` if the line is shorter than twice
+/// the label or no place is free.
 pub fn label_place(line: &[Place], size: (f64, f64), bounds: Taken, taken: &[Taken]) -> Option<Place> {
     let mut along = vec![0.0];
     for pair in line.windows(2) {

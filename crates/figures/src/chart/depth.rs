@@ -1,4 +1,4 @@
-//! In which order bodies are painted so that the nearer hide the farther.
+//! Order in which bodies are painted, so that the nearer hide the farther.
 
 /// The box around a body, along the axes of the machine, m.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,8 +33,8 @@ impl Around {
     }
 }
 
-/// Indices of the boxes, those first that others may hide. Boxes that pass through each other are ordered by their
-/// middles, and so are circles of boxes.
+/// Indices of the boxes, first the boxes that others may hide. Boxes that pass through each other are ordered by
+/// their middles, and so are circles of boxes.
 pub fn order(boxes: &[Around], eye: [f64; 3]) -> Vec<usize> {
     let before = |a: usize, b: usize| {
         let (a_cannot, b_cannot) = (boxes[a].cannot_hide(&boxes[b], eye), boxes[b].cannot_hide(&boxes[a], eye));

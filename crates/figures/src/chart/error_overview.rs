@@ -1,5 +1,5 @@
-//! How good each point's surrogate is: leave-one-out, k-fold and held-out errors beside the band that is
-//! claimed, on a logarithmic axis.
+//! Errors of each point's surrogate: leave-one-out, k-fold and held-out errors beside the claimed band, on a
+//! logarithmic axis.
 
 use super::Figure;
 use super::axis::Axis;
@@ -12,7 +12,7 @@ use super::surface::Surface;
 use super::ticks::Range;
 use coldplate_base::error::{Error, Result};
 
-/// Errors of one point's surrogate, in the unit of the figure; `None` where not known.
+/// Errors of one point's surrogate, in the unit of the figure; `None` if not known.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct PointErrors {
     /// Name of the measurement point.
@@ -48,7 +48,9 @@ pub struct ErrorOverview {
     pub notes: Vec<String>,
 }
 
+/// Width of the figure, CSS pixels. Chosen by eye.
 const WIDTH: f64 = 960.0;
+/// Marker, colour and name of each kind of error. Chosen by eye.
 const KINDS: [(Marker, Rgb, &str); 4] = [
     (Marker::Ring, BLUE, "leave-one-out, rms"),
     (Marker::Square, GREEN, "k-fold, rms"),

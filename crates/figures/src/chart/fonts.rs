@@ -14,7 +14,9 @@ use coldplate_base::error::{Error, Result};
 /// The `font-family` written into an SVG, and the name the font is registered under.
 pub const FAMILY: &str = "Arimo, Arial, Liberation Sans, Helvetica, sans-serif";
 
+/// The regular weight of the embedded font.
 static REGULAR: &[u8] = include_bytes!("../../assets/fonts/Arimo-Regular-subset.ttf");
+/// The bold weight of the embedded font.
 static BOLD: &[u8] = include_bytes!("../../assets/fonts/Arimo-Bold-subset.ttf");
 
 /// Stroke weight of a text.
@@ -60,14 +62,15 @@ pub fn width(text: &str, size: f64, weight: Weight) -> f64 {
     text.chars().map(|c| advance(face, c, per_em)).sum::<f64>() * size
 }
 
-/// Width of one sign, in em. One the font lacks is as wide as an ideograph: in an SVG the viewer's font has it, in a PNG
-/// its code point stands there.
+/// Width of one sign, in em. A sign that the font lacks is as wide as an ideograph: in an SVG the viewer's font has it,
+/// in a PNG its code point stands there.
 fn advance(face: &FontRef<'_>, c: char, per_em: f64) -> f64 {
     let id = face.glyph_id(c);
     if id.0 == 0 { 1.0 } else { f64::from(face.h_advance_unscaled(id)) / per_em }
 }
 
-/// Whether the font has this sign in both weights; one it lacks is drawn in a PNG as a box with its code point.
+/// Whether the font has this sign in both weights. A sign that it lacks is drawn in a PNG as a box with its code
+/// point.
 pub fn has(sign: char) -> bool {
     [Weight::Regular, Weight::Bold].into_iter().all(|weight| face(weight).is_ok_and(|face| face.glyph_id(sign).0 != 0))
 }
@@ -100,8 +103,9 @@ pub fn fit(text: &str, size: f64, weight: Weight, limit: f64) -> String {
     if width("…", size, weight) <= limit { "…".into() } else { String::new() }
 }
 
-/// The text broken at spaces into at most `most` lines no wider than `limit`; a number stays with what follows it, its
-/// unit as a rule; a word too wide for a line is broken, and what is left over on the last line is shortened.
+/// The text broken at spaces into at most `most` lines no wider than `limit`. A number stays with the word after it,
+/// mostly its unit. A word too wide for a line is broken, and the rest that does not fit on the last line is
+/// shortened.
 pub fn wrap(text: &str, size: f64, weight: Weight, limit: f64, most: usize) -> Vec<String> {
     let text = one_line(text);
     if text.is_empty() || most == 0 {

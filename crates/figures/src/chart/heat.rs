@@ -1,4 +1,4 @@
-//! Where the heat comes from and where it goes, as two groups of bars in watts.
+//! Heat balance: where the heat comes from and where it goes, as two groups of bars in watts.
 
 use super::Figure;
 use super::axis::Axis;
@@ -27,10 +27,13 @@ pub struct HeatFigure {
     pub notes: Vec<String>,
 }
 
+/// Width of the figure, CSS pixels. Chosen by eye.
 const WIDTH: f64 = 960.0;
+/// Least height of a row, CSS pixels. Chosen by eye.
 const ROW: f64 = 26.0;
+/// Height of a heading, CSS pixels. Chosen by eye.
 const HEADING: f64 = 30.0;
-/// Bars shown per group; the smaller ones beyond are added up.
+/// Most bars shown per group, a count; the smaller ones beyond are added up. Chosen by eye.
 const MOST: usize = 14;
 
 /// A bar and, for the numbers, the share of its group's heat.

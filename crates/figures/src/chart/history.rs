@@ -26,21 +26,24 @@ pub struct HistoryFigure {
     pub title: String,
     /// Times, s, rising; equal ones are a step.
     pub times: Vec<f64>,
-    /// What is read.
+    /// Quantity that is read.
     pub quantity: Quantity,
-    /// The sensors, in the order of the legend. Of more than ten the ten that move most are drawn in colour.
+    /// The sensors, in the order of the legend. If there are more than ten, the ten that move most are drawn in
+    /// colour.
     pub courses: Vec<Course>,
-    /// A moment worth marking, s, with what it is.
+    /// A moment worth marking, s, with its label.
     pub mark: Option<(f64, String)>,
     /// Lines for the footer.
     pub notes: Vec<String>,
 }
 
+/// Width of the figure, CSS pixels. Chosen by eye.
 const WIDTH: f64 = 960.0;
+/// Height of the plot, CSS pixels. Chosen by eye.
 const PLOT: f64 = 470.0;
-/// Most curves with a colour of their own.
+/// Most curves with a colour of their own, a count. Chosen: more colours cannot be told apart.
 const MOST: usize = 10;
-/// Colour of the others.
+/// Colour of the other curves. Chosen by eye: lighter than any other line.
 const OTHERS: Rgb = Rgb(190, 190, 190);
 
 /// The unit that suits a span of time (s), and its seconds.
@@ -114,8 +117,8 @@ impl HistoryFigure {
     }
 }
 
-/// The points of a curve that can be told apart on `columns` columns: of each column the first, the lowest, the
-/// highest and the last.
+/// The points of a curve that can be told apart on `columns` columns: the first, the lowest, the highest and the last
+/// point of each column.
 fn thinned(points: &[(f64, f64)], columns: usize) -> Vec<(f64, f64)> {
     if points.len() <= 4 * columns {
         return points.to_vec();

@@ -29,15 +29,17 @@ pub enum Swatch {
 /// Samples and their meaning.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Legend {
-    /// In the order shown.
+    /// Entries in the order shown.
     pub entries: Vec<(Swatch, String)>,
     /// Font size; zero means the body size.
     pub text: f64,
 }
 
+/// Width of a sample, CSS pixels. Chosen by eye.
 const SWATCH: f64 = 34.0;
-/// Width of a sample that is one marker, where entries run along a line.
+/// Width of a sample that is one marker, in legends along lines, CSS pixels. Chosen by eye.
 const NARROW: f64 = 16.0;
+/// Space between a sample and its text, CSS pixels. Chosen by eye.
 const GAP: f64 = 8.0;
 
 /// One entry with its place, relative to the legend's top left corner.
@@ -115,7 +117,7 @@ impl Legend {
         self.stacked(width).1
     }
 
-    /// Paints it running along lines; `at` is its top left corner.
+    /// Paints the legend running along lines; `at` is its top left corner.
     ///
     /// # Errors
     /// If the surface refuses.
@@ -123,7 +125,7 @@ impl Legend {
         self.paint(canvas, at, &self.running(width).0)
     }
 
-    /// Paints it stacked in a column; `at` is its top left corner.
+    /// Paints the legend stacked in a column; `at` is its top left corner.
     ///
     /// # Errors
     /// If the surface refuses.

@@ -10,9 +10,9 @@ use coldplate_base::error::Result;
 
 /// The lines of one level.
 pub(super) struct Level {
-    /// Where they run, CSS pixels.
+    /// Course of the lines, CSS pixels.
     lines: Vec<Vec<Place>>,
-    /// What they carry, where there is room.
+    /// Label of the lines, drawn if there is room.
     label: Option<String>,
     /// Width, CSS pixels.
     width: f64,
@@ -24,15 +24,15 @@ impl Level {
         Self { lines: lines.iter().map(placed).collect(), label, width }
     }
 
-    /// What its lines cover, piece by piece.
+    /// Rectangles that the lines cover, piece by piece.
     fn covers(&self) -> Vec<Taken> {
         let piece = |p: &[Place]| (p[0].0.min(p[1].0), p[0].1.min(p[1].1), p[0].0.max(p[1].0), p[0].1.max(p[1].1));
         self.lines.iter().flat_map(|line| line.windows(2).map(piece)).collect()
     }
 }
 
-/// Draws the lines, and their labels over all of them. A label stands where it covers neither what is `taken` nor another
-/// level's line, or not at all: among lines that lie close together nobody could tell whose it is.
+/// Draws the lines, and their labels over all lines. A label is drawn only at a place that is not `taken` and covers no
+/// other level's line: among lines close together nobody could tell whose label it is.
 pub(super) fn paint<S: Surface>(canvas: &mut Canvas<S>, frame: &Frame, levels: &[Level], font: f64, mut taken: Vec<Taken>) -> Result<()> {
     for level in levels {
         level.lines.iter().try_for_each(|line| canvas.line(line, Stroke::solid(INK, level.width)))?;

@@ -15,7 +15,7 @@ use coldplate_base::error::{Error, Result};
 /// A flat piece of a surface.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Piece {
-    /// Which body it belongs to: bodies are painted as wholes.
+    /// Index of the body it belongs to; bodies are painted as wholes.
     pub body: usize,
     /// Corners one after the other, m.
     pub corners: Vec<[f64; 3]>,
@@ -23,7 +23,7 @@ pub struct Piece {
     pub edges: Vec<bool>,
     /// Direction outward.
     pub outward: [f64; 3],
-    /// Its temperature.
+    /// Temperature of the piece.
     pub temperature: f64,
 }
 
@@ -32,9 +32,9 @@ pub struct Piece {
 pub struct Probe {
     /// Name.
     pub name: String,
-    /// Where it sits, m.
+    /// Place of the sensor, m.
     pub at: [f64; 3],
-    /// What it reads; `None` for a place where one could sit, which has another marker.
+    /// Reading; `None` for a place where a sensor could sit, which has another marker.
     pub reading: Option<f64>,
 }
 
@@ -49,11 +49,11 @@ impl Probe {
 pub struct Pipe {
     /// Name.
     pub name: String,
-    /// Its axis from inlet to outlet, m.
+    /// Axis of the channel from inlet to outlet, m.
     pub path: Vec<[f64; 3]>,
 }
 
-/// From where the machine is seen.
+/// Direction from which the machine is seen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum View {
     /// From the front, right and above.
@@ -70,7 +70,7 @@ pub enum View {
 impl View {
     /// Names as a definition gives them, in the order of [`View::ALL`].
     pub const NAMES: [&'static str; 4] = ["corner", "front", "side", "top"];
-    /// All of them.
+    /// All views.
     pub const ALL: [Self; 4] = [Self::Corner, Self::Front, Self::Side, Self::Top];
 
     /// Unit vectors to the right, upward, and towards the eye.
@@ -92,17 +92,17 @@ impl View {
 pub struct MachineFigure {
     /// Title.
     pub title: String,
-    /// From where it is seen.
+    /// Direction from which it is seen.
     pub view: View,
-    /// What is coloured: name and unit.
+    /// Quantity shown as colour: name and unit.
     pub quantity: Quantity,
     /// Surfaces.
     pub pieces: Vec<Piece>,
-    /// Channels; they are drawn through what hides them.
+    /// Channels; they are drawn even where a part hides them.
     pub pipes: Vec<Pipe>,
-    /// Sensors; they are drawn through what hides them.
+    /// Sensors; they are drawn even where a part hides them.
     pub probes: Vec<Probe>,
-    /// What places without a reading are, for the legend.
+    /// Name of places without a reading, for the legend.
     pub place_name: String,
     /// The condition.
     pub fixed: Vec<(Quantity, f64)>,
@@ -110,14 +110,17 @@ pub struct MachineFigure {
     pub notes: Vec<String>,
 }
 
+/// Width of the figure, CSS pixels. Chosen by eye.
 const WIDTH: f64 = 1120.0;
-/// Room for names at each side of the picture.
+/// Room for names at each side of the picture, CSS pixels. Chosen by eye.
 const NAMES: f64 = 200.0;
+/// Largest height of the picture, CSS pixels. Chosen by eye.
 const TALLEST: f64 = 640.0;
-/// Height of a name with its reading.
+/// Height of a name with its reading, CSS pixels: two lines of text.
 const LABEL: f64 = 34.0;
+/// Height of the scale of colours with its key, CSS pixels. Chosen by eye.
 const BAR: f64 = 58.0;
-/// Channels: a line that shows on any ground.
+/// Colour of channels: Okabe-Ito sky blue. Chosen: it shows on any ground.
 const PIPE: Rgb = Rgb(86, 180, 233);
 
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
@@ -176,7 +179,7 @@ impl MachineFigure {
         })
     }
 
-    /// What is seen, the farthest first, so that the nearer hides it.
+    /// Paints the visible pieces, the farthest first, so that nearer ones hide them.
     fn paint_pieces<S: Surface>(&self, canvas: &mut Canvas<S>, projection: &Projection, range: Range) -> Result<()> {
         let eye = projection.axes[2];
         let depth = |p: &Piece| p.corners.iter().map(|c| dot(*c, eye)).sum::<f64>() / p.corners.len().max(1) as f64;
@@ -223,11 +226,12 @@ impl MachineFigure {
         Ok(())
     }
 
-    /// Names stand left and right of the picture, level with their sensors as far as they keep apart.
+    /// Paints sensors and their names, which stand left and right of the picture, level with their sensors as far as
+    /// they keep apart.
     fn paint_probes<S: Surface>(&self, canvas: &mut Canvas<S>, projection: &Projection, top: f64) -> Result<()> {
         let mut probes: Vec<(&Probe, Place)> = self.probes.iter().map(|p| (p, projection.at(p.at))).collect();
         probes.sort_by(|a, b| a.1.0.total_cmp(&b.1.0));
-        // To the nearer side, as far as there is room.
+        // Names go to the nearer side, as far as there is room.
         let middle = WIDTH / 2.0;
         let most = ((projection.height / LABEL) as usize).max(probes.len().div_ceil(2));
         let nearer = probes.partition_point(|p| p.1.0 < middle).clamp(probes.len().saturating_sub(most), most).min(probes.len());
@@ -255,8 +259,9 @@ impl MachineFigure {
         Ok(())
     }
 
-    /// The scale of colours, and what the signs mean.
+    /// Paints the scale of colours and the key to the signs.
     fn paint_bar<S: Surface>(&self, canvas: &mut Canvas<S>, top: f64, range: Range) -> Result<()> {
+        /// Number of colours in the scale. Chosen: enough to look smooth.
         const STEPS: usize = 80;
         let (left, length) = (MARGIN + NAMES, 420.0);
         for k in 0..STEPS {

@@ -1,4 +1,4 @@
-//! Predicted beside measured, sensor by sensor, with what another program predicted.
+//! Predicted beside measured, sensor by sensor, with the prediction of another program.
 
 use super::Figure;
 use super::axis::Axis;
@@ -11,14 +11,14 @@ use super::surface::Surface;
 use super::ticks::Range;
 use coldplate_base::error::{Error, Result};
 
-/// One sensor; `None` where not known.
+/// One sensor; `None` if not known.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct SensorRow {
     /// Name of the sensor.
     pub name: String,
     /// Measured value.
     pub measured: Option<f64>,
-    /// Its uncertainty (95 %), drawn to both sides.
+    /// Uncertainty of the reading (95 %), drawn to both sides.
     pub uncertainty: Option<f64>,
     /// Predicted value.
     pub predicted: Option<f64>,
@@ -33,7 +33,7 @@ pub struct SensorRow {
 pub struct MeasuredFigure {
     /// Title.
     pub title: String,
-    /// What is measured.
+    /// Quantity that is measured.
     pub quantity: Quantity,
     /// One row per sensor.
     pub sensors: Vec<SensorRow>,
@@ -45,9 +45,13 @@ pub struct MeasuredFigure {
     pub notes: Vec<String>,
 }
 
+/// Width of the figure, CSS pixels. Chosen by eye.
 const WIDTH: f64 = 960.0;
+/// Marker and colour of measured values. Chosen by eye.
 const MEASURED: (Marker, Rgb) = (Marker::Disc, INK);
+/// Marker and colour of predicted values. Chosen by eye.
 const PREDICTED: (Marker, Rgb) = (Marker::Diamond, BLUE);
+/// Marker and colour of the other program's values. Chosen by eye.
 const OTHER: (Marker, Rgb) = (Marker::Frame, VERMILLION);
 
 fn known(value: Option<f64>) -> Option<f64> {

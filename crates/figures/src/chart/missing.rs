@@ -1,4 +1,4 @@
-//! Where heat is missing or in excess: what each part would have to give, as rows with intervals.
+//! Heat that is missing or in excess: the heat that each part would have to give, as rows with intervals.
 
 use super::Figure;
 use super::axis::Axis;
@@ -15,15 +15,15 @@ use coldplate_base::error::{Error, Result};
 /// One place.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Interval {
-    /// Its name.
+    /// Name of the place.
     pub name: String,
     /// Best value.
     pub value: f64,
-    /// Its interval.
+    /// Ends of the interval.
     pub ends: (f64, f64),
-    /// What stands beside it.
+    /// Text beside the interval.
     pub remark: String,
-    /// Whether it stands out.
+    /// Whether the value stands out.
     pub is_strong: bool,
 }
 
@@ -32,21 +32,25 @@ pub struct Interval {
 pub struct IntervalFigure {
     /// Title.
     pub title: String,
-    /// What is shown.
+    /// Quantity that is shown.
     pub quantity: Quantity,
     /// The rows in the order shown.
     pub rows: Vec<Interval>,
     /// Heading of the remarks.
     pub remarks: String,
-    /// What it means to stand out, and not to.
+    /// Meaning of standing out, and of not standing out.
     pub meaning: [String; 2],
     /// Lines for the footer.
     pub notes: Vec<String>,
 }
 
+/// Width of the figure, CSS pixels. Chosen by eye.
 const WIDTH: f64 = 1000.0;
+/// Room for the remarks, CSS pixels. Chosen by eye.
 const REMARKS: f64 = 190.0;
+/// Marker and colour of values that stand out. Chosen by eye.
 const STRONG: (Marker, Rgb) = (Marker::Disc, VERMILLION);
+/// Marker and colour of the other values. Chosen by eye.
 const WEAK: (Marker, Rgb) = (Marker::Ring, AXIS);
 
 impl IntervalFigure {

@@ -1,8 +1,8 @@
-//! Figures: what was sampled, fitted and concluded, as SVG and PNG.
+//! Figures of samples, fits and conclusions, as SVG and PNG.
 //!
-//! Every figure is plain data (names, units, numbers) and knows nothing of solvers, fits or
-//! surrogate files, so a measured table can be drawn as well as a simulated one. A figure is drawn
-//! once, by its [`Figure::paint`], onto whichever [`surface::Surface`] is asked for:
+//! Every figure is plain data (names, units, numbers) and knows nothing of solvers, fits or surrogate files, so a
+//! measured table can be drawn as well as a simulated one. A figure is drawn once, by its [`Figure::paint`], onto
+//! whichever [`surface::Surface`] is asked for:
 //!
 //! ```
 //! use crate::chart::{heat::HeatFigure, to_svg_string};
@@ -17,7 +17,7 @@
 //! # Ok::<(), coldplate_base::error::Error>(())
 //! ```
 //!
-//! Which figure answers which question is said in `docs/charts.md`.
+//! The page `docs/charts.md` says which figure answers which question.
 
 pub mod acceptability;
 pub mod axis;
@@ -65,18 +65,18 @@ use coldplate_base::error::Result;
 
 /// Something that can be drawn: a size and one drawing function for every kind of output.
 pub trait Figure {
-    /// What it shows, in a few words; also the title of the SVG document.
+    /// Subject of the figure, in a few words; also the title of the SVG document.
     fn title(&self) -> &str;
 
     /// Width and height in CSS pixels (96 per inch).
     ///
     /// # Errors
-    /// An input error where there is nothing to draw or the data contradict each other.
+    /// An input error: there is nothing to draw, or the data contradict each other.
     fn size(&self) -> Result<(f64, f64)>;
 
     /// Draws the figure, the top left corner being (0, 0).
     ///
     /// # Errors
-    /// As [`Figure::size`], and whatever the surface reports.
+    /// Errors of [`Figure::size`] and of the surface.
     fn paint<S: surface::Surface>(&self, canvas: &mut canvas::Canvas<S>) -> Result<()>;
 }

@@ -1,5 +1,5 @@
-//! How the temperatures of several points follow one variable: samples, fitted curves, 95 % bands and
-//! the printed formulas (the counterpart of figures 18 to 21 of the paper).
+//! Temperatures of several points over one variable: samples, fitted curves, 95 % bands and the printed formulas (the
+//! counterpart of figures 18 to 21 of the paper).
 
 use super::axis::{Axis, Frame};
 use super::canvas::{Canvas, Stroke, Text};
@@ -21,9 +21,9 @@ pub struct Curve {
     pub samples: Vec<(f64, f64)>,
     /// The fitted function at rising `x`, close enough together to look smooth; may be empty.
     pub line: Vec<(f64, f64)>,
-    /// Half width of its 95 % band, in the unit of `y`; 0 or not finite draws none.
+    /// Half width of the 95 % band, in the unit of `y`; 0 or not finite draws none.
     pub half_width: f64,
-    /// Half width of the band at each place of `line`, where it is not the same everywhere; else empty.
+    /// Half width of the band at each place of `line` if it varies; else empty.
     pub half_widths: Vec<f64>,
     /// The formula as printed; may be empty.
     pub formula: String,
@@ -36,7 +36,7 @@ pub struct OneFactorFigure {
     pub title: String,
     /// The variable that runs.
     pub x: Quantity,
-    /// What is plotted.
+    /// Quantity that is plotted.
     pub y: Quantity,
     /// The points, in the order of the legend.
     pub curves: Vec<Curve>,
@@ -46,12 +46,16 @@ pub struct OneFactorFigure {
     pub notes: Vec<String>,
 }
 
+/// Width of the figure, CSS pixels. Chosen by eye.
 const WIDTH: f64 = 960.0;
+/// Height of the plot, CSS pixels. Chosen by eye.
 const PLOT: f64 = 460.0;
+/// Height of a line of the table, CSS pixels. Chosen by eye.
 const LINE: f64 = 18.0;
+/// Width of a sample, CSS pixels. Chosen by eye.
 const SWATCH: f64 = 44.0;
 
-/// Band below which a surrogate or fit is as good as exact: nothing is measured to this, K.
+/// Half width below which a surrogate or fit counts as exact, K. Chosen: no reading resolves it.
 const EXACT: f64 = 1e-6;
 
 impl Curve {
@@ -59,17 +63,17 @@ impl Curve {
         self.largest().is_finite() && self.largest() > 0.0
     }
 
-    /// The largest half width of its band.
+    /// The largest half width of the curve's band.
     fn largest(&self) -> f64 {
         self.half_widths.iter().copied().fold(self.half_width, f64::max)
     }
 
-    /// Half width of its band at a place of the line.
+    /// Half width of the curve's band at a place of the line.
     fn half_width_at(&self, place: usize) -> f64 {
         self.half_widths.get(place).copied().unwrap_or(self.half_width)
     }
 
-    /// What stands for it in the table: a line, a marker or both, as it is drawn.
+    /// Sample of the curve in the table: a line, a marker or both, as it is drawn.
     fn swatch(&self, index: usize) -> Swatch {
         let style = series(index);
         match (self.line.is_empty(), self.samples.is_empty()) {
@@ -101,7 +105,7 @@ impl OneFactorFigure {
         Page::new(WIDTH, &self.title, "", &footer)
     }
 
-    /// Says which curves lie on top of each other, since only the last of them is seen.
+    /// A note that names curves on top of each other, since only the last of them is seen.
     fn coinciding(&self) -> String {
         let range = |f: fn(f64, f64) -> f64, start: f64| {
             self.curves.iter().flat_map(|c| c.line.iter().chain(&c.samples)).map(|p| p.1).filter(|y| y.is_finite()).fold(start, f)
@@ -249,7 +253,7 @@ impl OneFactorFigure {
     }
 }
 
-/// The band in words: from the smallest half width to the largest where they differ.
+/// The band in words: from the smallest half width to the largest if they differ.
 fn band_text(curve: &Curve, unit: &str) -> String {
     let least = curve.half_widths.iter().copied().fold(curve.largest(), f64::min);
     let (least, most) = (significant(least), significant(curve.largest()));

@@ -1,5 +1,5 @@
-//! One A4 page for the wall beside the machine: the map, the smallest coolant flow as a table, the
-//! limits, and how to read them. What decides is set large enough to be read from two metres.
+//! One A4 page for the wall beside the machine: the map, the smallest coolant flow as a table, the limits, and how to
+//! read them. Map and table are set large enough to be read from two metres.
 
 use super::Figure;
 use super::acceptability::{AcceptabilityMap, CellState, Look, letter};
@@ -16,25 +16,25 @@ use coldplate_base::error::{Error, Result};
 /// One cell of the table of smallest flows.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct FlowCell {
-    /// What stands in it: the flow, `any`, `none`.
+    /// Text of the cell: the flow, `any`, `none`.
     pub text: String,
-    /// Its colour and pattern.
+    /// Verdict, which gives colour and pattern of the cell.
     pub state: CellState,
 }
 
 /// The smallest coolant flow for every pair of speed and coolant temperature.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct FlowTable {
-    /// Heading: what it is, and for which values of the variables that it does not show, for example `Smallest coolant flow
-    /// [L/min] whatever the ambient temperature from 18 to 28 °C`.
+    /// Heading: the quantity, and the values of the variables that the table does not show, for example
+    /// `Smallest coolant flow [L/min] whatever the ambient temperature from 18 to 28 °C`.
     pub title: String,
     /// The variable down the side.
     pub row: Quantity,
-    /// Its values.
+    /// Values of the row variable.
     pub rows: Vec<f64>,
     /// The variable along the top.
     pub column: Quantity,
-    /// Its values.
+    /// Values of the column variable.
     pub columns: Vec<f64>,
     /// Cells, row by row, `cells[r * columns.len() + c]`.
     pub cells: Vec<FlowCell>,
@@ -55,24 +55,33 @@ pub struct OperatorSheet {
     pub limits: Vec<(String, String)>,
     /// How to read the sheet, one sentence each.
     pub how_to_read: Vec<String>,
-    /// Which run this comes from: program, machine file, date; small print.
+    /// Provenance of the sheet: program, machine file, date; small print.
     pub provenance: String,
 }
 
-/// A4 upright at 96 pixels per inch.
+/// Width of A4 upright at 96 pixels per inch, CSS pixels.
 const WIDTH: f64 = 794.0;
+/// Height of A4 upright at 96 pixels per inch, CSS pixels.
 const HEIGHT: f64 = 1123.0;
+/// Space at the edges, CSS pixels. Chosen by eye.
 const EDGE: f64 = 30.0;
+/// Height of the heading with the name of the machine, and of the space below it, CSS pixels. Chosen by eye.
 const BAND: f64 = 96.0;
+/// Font size of headings, CSS pixels. Chosen by eye.
 const HEADING: f64 = 22.0;
+/// Height of a line of a heading, CSS pixels. Chosen by eye.
 const HEADING_LINE: f64 = 26.0;
-/// Numbers of the table: capitals 4.8 mm high, 8 minutes of arc from two metres.
+/// Font size of the table's numbers, CSS pixels: capitals 4.8 mm high are 8 minutes of arc from two metres.
 const LARGE: f64 = 25.0;
+/// Font size of the key to the colours, CSS pixels. Chosen by eye.
 const KEY: f64 = 23.0;
+/// Font size of limits and subtitle, CSS pixels. Chosen by eye.
 const MEDIUM: f64 = 17.0;
+/// Font size of the explanation, CSS pixels. Chosen by eye.
 const SMALL: f64 = 15.0;
 
-/// Lines of the explanation that stay as long as limits can make room: what was held, and how to take an uncertain verdict.
+/// Number of lines of the explanation that stay as long as limits can make room. Chosen: the held variables, and how to
+/// take an uncertain verdict.
 const EXPLAINED: usize = 4;
 
 /// Heights of the parts from top to bottom.
@@ -144,7 +153,7 @@ impl OperatorSheet {
             if map >= least || (limits.len() <= 2 && explained.len() <= 1) {
                 return Ok(Plan { map: map.clamp(least, 560.0), cell, heading, limits, more_limits, reading, provenance });
             }
-            // Where all does not fit, the end of the explanation gives way first, a sentence at a time, then limits, then the rest of it.
+            // If not all fits, the end of the explanation gives way first, a sentence at a time, then limits, then the rest of it.
             if limits.len() > 2 && reading.len() <= EXPLAINED {
                 limits.pop();
                 more_limits += 1;

@@ -18,7 +18,7 @@ use coldplate_base::error::{Error, Result};
 pub struct Written {
     /// The vector graphic.
     pub svg: PathBuf,
-    /// The same as pixels, twice as many as CSS pixels in each direction.
+    /// The figure as pixels, twice as many as CSS pixels in each direction.
     pub png: PathBuf,
 }
 
@@ -55,7 +55,7 @@ pub fn to_pixels<F: Figure>(figure: &F) -> Result<(Vec<u8>, (u32, u32))> {
 /// Writes `STEM.svg` and `STEM.png`, making the folder where it is missing.
 ///
 /// # Errors
-/// As [`Figure::paint`], and where a file cannot be written.
+/// Errors of [`Figure::paint`]; a file that cannot be written.
 pub fn draw<F: Figure>(stem: impl AsRef<Path>, figure: &F) -> Result<Written> {
     let stem = stem.as_ref();
     let with = |extension: &str| {
@@ -72,7 +72,7 @@ pub fn draw<F: Figure>(stem: impl AsRef<Path>, figure: &F) -> Result<Written> {
 /// Writes one file, SVG or PNG by the extension of its name, making the folder where it is missing.
 ///
 /// # Errors
-/// As [`check_name`] and [`Figure::paint`], and where the file cannot be written.
+/// Errors of [`check_name`] and [`Figure::paint`]; a file that cannot be written.
 pub fn draw_as<F: Figure>(path: &Path, figure: &F) -> Result<()> {
     check_name(path)?;
     if has_extension(path, "svg") {

@@ -1,4 +1,4 @@
-//! What stands above and below the data of every figure: title, subtitle, fixed conditions, notes.
+//! Header and footer of every figure: title, subtitle, fixed conditions, notes.
 
 use super::canvas::{Canvas, Text};
 use super::fonts::{self, Weight};
@@ -6,7 +6,7 @@ use super::style::{MUTED, Quantity, size};
 use super::surface::Surface;
 use coldplate_base::error::Result;
 
-/// Space between the edge of a figure and what is in it, in CSS pixels.
+/// Space between the edge of a figure and its content, CSS pixels. Chosen by eye.
 pub const MARGIN: f64 = 16.0;
 
 /// Title and footer of a figure, broken into lines.
@@ -18,8 +18,11 @@ pub struct Page {
     footer: Vec<String>,
 }
 
+/// Height of a line of the title, CSS pixels. Chosen by eye.
 const TITLE_LINE: f64 = 24.0;
+/// Height of a line of the subtitle, CSS pixels. Chosen by eye.
 const SUBTITLE_LINE: f64 = 18.0;
+/// Height of a line of the footer, CSS pixels. Chosen by eye.
 const FOOTER_LINE: f64 = 17.0;
 
 impl Page {
@@ -34,7 +37,7 @@ impl Page {
         }
     }
 
-    /// Where the data may begin.
+    /// Height at which the data may begin.
     pub fn top(&self) -> f64 {
         MARGIN + TITLE_LINE * self.title.len() as f64 + SUBTITLE_LINE * self.subtitle.len() as f64 + 6.0
     }

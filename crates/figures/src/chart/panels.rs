@@ -14,7 +14,7 @@ use coldplate_base::error::{Error, Result};
 /// One small plot.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Panel {
-    /// What it shows.
+    /// Title of the plot.
     pub title: String,
     /// Samples of the first curve, drawn as markers; may be empty.
     pub samples: Vec<(f64, f64)>,
@@ -27,9 +27,9 @@ pub struct Panel {
 pub struct PanelsFigure {
     /// Title.
     pub title: String,
-    /// What runs.
+    /// Quantity along the horizontal axis.
     pub x: Quantity,
-    /// What is shown.
+    /// Quantity along the vertical axis.
     pub y: Quantity,
     /// Names of the curves, the same in every plot.
     pub names: Vec<String>,
@@ -39,11 +39,15 @@ pub struct PanelsFigure {
     pub notes: Vec<String>,
 }
 
+/// Width of the figure, CSS pixels. Chosen by eye.
 const WIDTH: f64 = 1000.0;
+/// Panels side by side, a count. Chosen by eye.
 const COLUMNS: usize = 3;
+/// Height of a row of panels, CSS pixels. Chosen by eye.
 const PANEL: f64 = 230.0;
+/// Height of a heading, CSS pixels. Chosen by eye.
 const HEADING: f64 = 24.0;
-/// Least range of a vertical axis: what is smaller than the twentieth part of it is no difference.
+/// Least range of a vertical axis, in the quantity's unit. Chosen: differences below a twentieth of it do not matter.
 const LEAST: f64 = 0.2;
 
 impl PanelsFigure {

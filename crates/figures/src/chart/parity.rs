@@ -1,5 +1,5 @@
-//! Does the surrogate repeat what was simulated: predicted over simulated, and the difference beneath a
-//! magnifying glass, training and held-out conditions told apart.
+//! Predicted over simulated, and the difference beneath a magnifying glass, training and held-out conditions told
+//! apart: does the surrogate repeat the simulation?
 
 use super::Figure;
 use super::axis::{Axis, Frame};
@@ -14,11 +14,11 @@ use coldplate_base::error::{Error, Result};
 /// One condition.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Sample {
-    /// What the simulation (or the measurement) says.
+    /// Simulated (or measured) value.
     pub reference: f64,
-    /// What the fit says.
+    /// Value of the fit.
     pub predicted: f64,
-    /// Whether the fit has not seen it.
+    /// Whether the condition was held out of the fit.
     pub held_out: bool,
 }
 
@@ -33,7 +33,7 @@ impl Sample {
     }
 }
 
-/// How far a set of predictions is off.
+/// Error statistics of a set of predictions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ErrorStatistics {
     /// Conditions counted.
@@ -46,7 +46,7 @@ pub struct ErrorStatistics {
     pub bias: f64,
 }
 
-/// Statistics of those samples that have both values; `None` where there are none.
+/// Statistics of the samples that have both values; `None` if there are none.
 pub fn statistics(samples: impl IntoIterator<Item = Sample>) -> Option<ErrorStatistics> {
     let errors: Vec<f64> = samples.into_iter().filter(|s| s.usable()).map(Sample::error).collect();
     let count = errors.len();
@@ -65,9 +65,9 @@ pub fn statistics(samples: impl IntoIterator<Item = Sample>) -> Option<ErrorStat
 pub struct ParityFigure {
     /// Title.
     pub title: String,
-    /// What is predicted.
+    /// Quantity that is predicted.
     pub quantity: Quantity,
-    /// What the fit is compared with, `simulated` or `measured`; empty means `simulated`.
+    /// Reference that the fit is compared with, `simulated` or `measured`; empty means `simulated`.
     pub reference: String,
     /// The conditions.
     pub samples: Vec<Sample>,
@@ -77,10 +77,12 @@ pub struct ParityFigure {
     pub notes: Vec<String>,
 }
 
+/// Width of the figure, CSS pixels. Chosen by eye.
 const WIDTH: f64 = 960.0;
+/// Height of the plot, CSS pixels. Chosen by eye.
 const PLOT: f64 = 400.0;
-/// A mean below this share of the rms error is shown as none: fewer than a million conditions cannot tell it from none, and that of
-/// least squares is rounding.
+/// Share of the rms error below which a mean error is shown as zero. Fewer than a million conditions cannot tell it from zero, and
+/// the mean error of least squares is rounding.
 const ROUNDING: f64 = 1e-3;
 
 /// Marker and colour of a condition, by whether it was held out.
@@ -203,7 +205,7 @@ impl Figure for ParityFigure {
         let ends = [left.x.range.low, left.x.range.high].map(|v| left.at(v, v));
         canvas.line(&ends, Stroke::solid(MUTED, 1.4))?;
         paint_band(canvas, &right, self.half_width)?;
-        // Held-out conditions on top: they are the ones that count.
+        // Held-out conditions are drawn on top, because they count most.
         for held_out in [false, true] {
             let (marker, colour) = look(held_out);
             for s in self.samples.iter().filter(|s| s.held_out == held_out && s.usable()) {

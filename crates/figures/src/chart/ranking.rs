@@ -1,4 +1,4 @@
-//! How probable each explanation is, and which of them the data cannot refute.
+//! Probability of each explanation, and whether the data can refute it.
 
 use super::Figure;
 use super::axis::Axis;
@@ -13,13 +13,13 @@ use super::surface::Surface;
 use super::ticks::Range;
 use coldplate_base::error::{Error, Result};
 
-/// What an explanation is to the data.
+/// Standing of an explanation before the data.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Standing {
     /// The data cannot refute it.
     #[default]
     Open,
-    /// Its misfit is too large beside the best one.
+    /// Refuted: the misfit is too large beside the best one.
     Refuted,
     /// Not an explanation by a cause: nothing is wrong, or something else is.
     Other,
@@ -28,11 +28,11 @@ pub enum Standing {
 /// An explanation with its probability.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Ranked {
-    /// In words.
+    /// Explanation in words.
     pub name: String,
-    /// Its probability, 0 to 1.
+    /// Probability of the explanation, 0 to 1.
     pub probability: f64,
-    /// What it is to the data.
+    /// Standing before the data.
     pub standing: Standing,
 }
 
@@ -47,8 +47,11 @@ pub struct RankingFigure {
     pub notes: Vec<String>,
 }
 
+/// Width of the figure, CSS pixels. Chosen by eye.
 const WIDTH: f64 = 1000.0;
+/// Room for names, CSS pixels. Chosen by eye.
 const NAMES: f64 = 520.0;
+/// Colour, hatching and name of each standing. Chosen by eye.
 const STANDINGS: [(Standing, Rgb, Hatch, &str); 3] = [
     (Standing::Open, BLUE, Hatch::Plain, "the data cannot refute it"),
     (Standing::Refuted, SKY, Hatch::Rising, "refuted, or far less probable"),

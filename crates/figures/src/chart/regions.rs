@@ -30,7 +30,7 @@ impl Hatch {
     }
 }
 
-/// Hatches that part of a rectangle where `inside` holds, in a darker tone of its ground.
+/// Hatches the part of a rectangle where `inside` holds, in a darker tone of its ground.
 ///
 /// # Errors
 /// If the surface refuses.
@@ -147,9 +147,9 @@ pub struct Zone {
     pub number: usize,
     /// Node to put its name at.
     pub node: (usize, usize),
-    /// Nodes it holds.
+    /// Number of nodes.
     pub nodes: usize,
-    /// Distance of that node from the edge, in the unit of the spacing given.
+    /// Distance of `node` from the edge, in the unit of the spacing given.
     pub room: f64,
 }
 

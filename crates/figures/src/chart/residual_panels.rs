@@ -1,4 +1,4 @@
-//! Does what the model gets wrong follow a condition: the residual of every sensor over each variable, side by side.
+//! Residual of every sensor over each variable, side by side: do the errors of the model follow a condition?
 
 use super::Figure;
 use super::axis::{Axis, Frame};
@@ -16,25 +16,28 @@ use coldplate_base::error::{Error, Result};
 pub struct ResidualPanels {
     /// Title.
     pub title: String,
-    /// What the residuals are, with their unit.
+    /// Name of the residuals, with their unit.
     pub quantity: Quantity,
     /// One panel each.
     pub variables: Vec<Quantity>,
     /// One row per condition: one value per variable.
     pub conditions: Vec<Vec<f64>>,
-    /// Name of each sensor and its residual at every condition, not finite where nothing was read; the first ones, which
-    /// should be those that stand out, are told apart, the others share one look.
+    /// Name of each sensor and its residual at every condition, not finite where nothing was read. The first sensors,
+    /// which should be those that stand out, are told apart; the others share one look.
     pub sensors: Vec<(String, Vec<f64>)>,
-    /// Half width of what noise alone spans; 0 or not finite draws none.
+    /// Half width of the band of noise alone; 0 or not finite draws none.
     pub half_width: f64,
     /// Lines for the footer.
     pub notes: Vec<String>,
 }
 
+/// Width of the figure, CSS pixels. Chosen by eye.
 const WIDTH: f64 = 1000.0;
+/// Height of a row of panels, CSS pixels. Chosen by eye.
 const PANEL: f64 = 250.0;
-/// Sensors told apart: more colours in small plots confuse.
+/// Number of sensors told apart. Chosen: more colours in small plots confuse.
 const APART: usize = 5;
+/// Marker and colour of the sensors that are not told apart. Chosen by eye.
 const OTHERS: (Marker, Rgb) = (Marker::Disc, Rgb(190, 190, 190));
 
 impl ResidualPanels {
@@ -106,7 +109,7 @@ impl Figure for ResidualPanels {
             let frame = Frame::inside(at, (width - 8.0, PANEL - 10.0), Axis::linear(variable.label(), across.padded(0.06)), y);
             frame.paint_grid(canvas)?;
             paint_band(canvas, &frame, self.half_width)?;
-            // Those that stand out are drawn last.
+            // Sensors that stand out are drawn last.
             for (i, (_, values)) in self.sensors.iter().enumerate().rev() {
                 let (marker, colour) = if i < APART { (series(i).marker, series(i).colour) } else { OTHERS };
                 for (row, value) in self.conditions.iter().zip(values).filter(|(_, value)| value.is_finite()) {

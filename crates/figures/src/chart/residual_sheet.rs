@@ -1,4 +1,4 @@
-//! What the model gets wrong, reading by reading: sensors down, conditions across, one sheet before and one after.
+//! Residuals reading by reading: sensors down, conditions across, one sheet before and one after.
 
 use super::Figure;
 use super::canvas::{Canvas, Place, Stroke, Text};
@@ -18,11 +18,11 @@ pub struct ResidualSheet {
     pub sensors: Vec<String>,
     /// Names of the conditions.
     pub conditions: Vec<String>,
-    /// What a sheet shows, and its values, sensor by sensor; not finite where nothing was read.
+    /// Heading of each sheet, and its values, sensor by sensor; not finite where nothing was read.
     pub sheets: Vec<(String, Vec<Vec<f64>>)>,
-    /// What the values are counted in: `K`, `standard deviations`.
+    /// Unit of the values: `K`, `standard deviations`.
     pub unit: String,
-    /// Colours are full at the largest value, but not below the first of these and not beyond the second.
+    /// Bounds of the value at which colours are full, which otherwise is the largest value.
     pub full: (f64, f64),
     /// Decimals of the numbers in the cells.
     pub decimals: usize,
@@ -30,17 +30,23 @@ pub struct ResidualSheet {
     pub notes: Vec<String>,
 }
 
+/// Width of the figure, CSS pixels. Chosen by eye.
 const WIDTH: f64 = 1000.0;
+/// Space between sheets, CSS pixels. Chosen by eye.
 const GAP: f64 = 22.0;
+/// Height of a heading, CSS pixels. Chosen by eye.
 const HEADING: f64 = 24.0;
+/// Least height of a row, CSS pixels. Chosen by eye.
 const ROW: f64 = 26.0;
-/// Narrower cells than this do not stand side by side.
+/// Least width of a cell for sheets side by side, CSS pixels. Chosen by eye.
 const NARROW: f64 = 20.0;
+/// Largest width of a cell, CSS pixels. Chosen by eye.
 const WIDEST: f64 = 130.0;
-/// Least room for the heading of a sheet.
+/// Least room for the heading of a sheet, CSS pixels. Chosen by eye.
 const HEADING_WIDTH: f64 = 190.0;
-/// Longest label under a column.
+/// Longest label under a column, CSS pixels. Chosen by eye.
 const LABEL: f64 = 104.0;
+/// Height of the scale of colours, CSS pixels. Chosen by eye.
 const BAR: f64 = 44.0;
 
 /// Blue below zero, vermillion above, white at zero; `t` from -1 to 1.
@@ -52,15 +58,15 @@ pub fn diverging(t: f64) -> Rgb {
     Rgb(mix(WHITE.0, end.0), mix(WHITE.1, end.1), mix(WHITE.2, end.2))
 }
 
-/// Where everything stands.
+/// Layout of the figure.
 struct Plan {
     rows: Rows,
     cell: f64,
     beside: bool,
-    /// Height of the labels under a sheet, and every how many columns has one.
+    /// Height of the labels under a sheet, and the number of columns per label.
     labels: (f64, usize),
     upright: bool,
-    /// Font size of the numbers, where they fit into all cells.
+    /// Font size of the numbers, if they fit into all cells.
     text: Option<f64>,
 }
 
@@ -169,7 +175,9 @@ impl ResidualSheet {
 
     /// The scale of colours.
     fn paint_scale<S: Surface>(&self, canvas: &mut Canvas<S>, (left, top): Place) -> Result<()> {
+        /// Length of the scale of colours, CSS pixels. Chosen by eye.
         const LENGTH: f64 = 260.0;
+        /// Number of colours in the scale. Chosen: enough to look smooth.
         const STEPS: usize = 52;
         let limit = self.limit();
         let (below, above) = ("reading below the model", "reading above the model");
@@ -198,7 +206,7 @@ impl ResidualSheet {
     }
 }
 
-/// A number as it stands in its cell.
+/// Text of a number in its cell.
 fn label(value: f64, decimals: usize) -> String {
     if value.abs() >= 1e4 {
         return "…".into();
@@ -219,7 +227,7 @@ fn paint_cell<S: Surface>(canvas: &mut Canvas<S>, (x, y): Place, (width, height)
         let number = label(value, decimals);
         return canvas.text((x + width / 2.0, y + height / 2.0 + 0.36 * text), &Text::new(&number).size(text).colour(ink).middle());
     }
-    // Too small for a number: a sign, so that the two colours are told apart in a grey print as well.
+    // Cells too small for a number have a sign, so that the two colours are told apart in a grey print as well.
     if value.abs() >= 0.3 * limit && width >= 6.0 {
         let (cx, cy, reach) = (x + width / 2.0, y + height / 2.0, (0.28 * width).min(4.0));
         let stroke = Stroke::solid(ink, 1.2);

@@ -1,5 +1,5 @@
-//! Is there a pattern left in what the fit misses: the residual over the prediction and over every
-//! variable, side by side.
+//! Residual over the prediction and over every variable, side by side: is there a pattern left in the errors of the
+//! fit?
 
 use super::Figure;
 use super::axis::{Axis, Frame};
@@ -17,7 +17,7 @@ use coldplate_base::error::{Error, Result};
 pub struct ResidualFigure {
     /// Title.
     pub title: String,
-    /// What is predicted.
+    /// Quantity that is predicted.
     pub quantity: Quantity,
     /// The variables.
     pub variables: Vec<Quantity>,
@@ -35,8 +35,11 @@ pub struct ResidualFigure {
     pub notes: Vec<String>,
 }
 
+/// Width of the figure, CSS pixels. Chosen by eye.
 const WIDTH: f64 = 980.0;
+/// Height of a row of panels, CSS pixels. Chosen by eye.
 const PANEL: f64 = 270.0;
+/// Panels side by side, a count. Chosen by eye.
 const COLUMNS: usize = 3;
 
 impl ResidualFigure {

@@ -10,7 +10,7 @@ use coldplate_base::error::Result;
 pub struct Resized<'a, F> {
     /// The figure.
     pub figure: &'a F,
-    /// Its new width, CSS pixels.
+    /// New width, CSS pixels.
     pub width: f64,
 }
 

@@ -18,6 +18,7 @@ pub struct Rows {
     pub row: f64,
 }
 
+/// Height of a line of text, CSS pixels. Chosen by eye.
 const LINE: f64 = 16.0;
 
 impl Rows {

@@ -1,4 +1,4 @@
-//! The ways heat takes, as bands as wide as the heat they carry: from sources through parts to where it leaves.
+//! Paths of heat as bands as wide as the heat they carry: from sources through parts to sinks.
 
 use super::Figure;
 use super::canvas::{Canvas, Place, Stroke, Text};
@@ -9,7 +9,7 @@ use super::style::{INK, ORANGE, Quantity, Rgb, SKY, VERMILLION};
 use super::surface::Surface;
 use coldplate_base::error::{Error, Result};
 
-/// What a stop on the way of the heat is.
+/// Kind of a station on the way of the heat.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stage {
     /// Heat is made here.
@@ -20,12 +20,12 @@ pub enum Stage {
     Sink,
 }
 
-/// A stop on the way of the heat.
+/// A station on the way of the heat.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Station {
     /// Name.
     pub name: String,
-    /// What it is.
+    /// Kind of the station.
     pub stage: Stage,
 }
 
@@ -43,11 +43,11 @@ pub struct Band {
 /// All heat, W.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Total {
-    /// What sources make.
+    /// Heat from sources.
     pub made: f64,
-    /// What comes in from where it is warmer: water, walls, boundaries.
+    /// Heat that enters from warmer surroundings: water, walls, boundaries.
     pub entering: f64,
-    /// What leaves.
+    /// Heat that leaves.
     pub leaving: f64,
 }
 
@@ -60,7 +60,7 @@ pub struct SankeyFigure {
     pub stations: Vec<Station>,
     /// The bands between them.
     pub bands: Vec<Band>,
-    /// All heat, with that of bands too thin to be among them.
+    /// All heat, including bands too thin to be drawn.
     pub total: Total,
     /// The condition.
     pub fixed: Vec<(Quantity, f64)>,
@@ -68,24 +68,25 @@ pub struct SankeyFigure {
     pub notes: Vec<String>,
 }
 
+/// Width of the figure, CSS pixels. Chosen by eye.
 const WIDTH: f64 = 1100.0;
-/// Height of all heat together, CSS pixels.
+/// Height of all heat together, CSS pixels. Chosen by eye, like the other sizes here.
 const HEAT: f64 = 300.0;
-/// Width of a station.
+/// Width of a station, CSS pixels.
 const POST: f64 = 14.0;
-/// Least distance of two stations in a column: two lines of text.
+/// Least distance of two stations in a column, CSS pixels: two lines of text.
 const GAP: f64 = 36.0;
-/// Room for names beside the last column.
+/// Room for names beside the last column, CSS pixels.
 const NAMES: f64 = 190.0;
-/// Straight pieces of a band's edge.
+/// Number of straight pieces of a band's edge. Chosen: enough to look smooth.
 const PIECES: usize = 28;
 
-/// Where everything stands.
+/// Layout of the figure.
 struct Layout {
     /// Column of each station.
     column: Vec<usize>,
     columns: usize,
-    /// Top edge of each station, from the top of the plot.
+    /// Top edge of each station, from the top of the plot, CSS pixels.
     top: Vec<f64>,
     /// Pixels per watt.
     scale: f64,
@@ -95,7 +96,8 @@ struct Layout {
 impl SankeyFigure {
     fn page(&self) -> Page {
         let Total { made, entering, leaving } = self.total;
-        // What is made alone does not show where the rest comes from, as where the chamber is warmer than the water.
+        // The heat of sources alone does not show where the rest comes from, for example if the chamber is warmer
+        // than the water.
         let besides = if entering > 1e-3 * made { format!(", entering besides {}", watts(entering)) } else { String::new() };
         let mut footer =
             vec![format!("Made {}{besides}, leaving {}. Bands are as wide as the heat they carry.", watts(made), watts(leaving))];
@@ -104,7 +106,7 @@ impl SankeyFigure {
         Page::new(WIDTH, &self.title, "", &footer)
     }
 
-    /// Heat through a station: the larger of what enters and what leaves.
+    /// Heat through a station: the larger of entering and leaving heat.
     fn through(&self, station: usize) -> f64 {
         let sum = |of: fn(&Band) -> usize| self.bands.iter().filter(|b| of(b) == station).map(|b| b.watts).sum::<f64>();
         sum(|b| b.from).max(sum(|b| b.to))

@@ -14,7 +14,7 @@ impl Rgb {
         0.2126 * linear(self.0) + 0.7152 * linear(self.1) + 0.0722 * linear(self.2)
     }
 
-    /// The same hue, darker: for lines over an area of this colour.
+    /// A darker colour of this hue: for lines over an area of this colour.
     #[must_use]
     pub fn darker(self) -> Self {
         let less = |byte: u8| (u16::from(byte) * 11 / 20) as u8;
@@ -28,17 +28,17 @@ impl Rgb {
     }
 }
 
-/// Page background.
+/// Page background, sRGB.
 pub const WHITE: Rgb = Rgb(255, 255, 255);
-/// Text and the heaviest lines.
+/// Text and the heaviest lines, sRGB. Chosen by eye, nearly black.
 pub const INK: Rgb = Rgb(26, 26, 26);
-/// Secondary text.
+/// Secondary text, sRGB. Chosen by eye.
 pub const MUTED: Rgb = Rgb(84, 84, 84);
-/// Axis lines and ticks.
+/// Axis lines and ticks, sRGB. Chosen by eye.
 pub const AXIS: Rgb = Rgb(90, 90, 90);
-/// Grid lines.
+/// Grid lines, sRGB. Chosen by eye.
 pub const GRID: Rgb = Rgb(225, 225, 225);
-/// Every second row of a table.
+/// Every second row of a table, sRGB. Chosen by eye.
 pub const STRIPE: Rgb = Rgb(244, 244, 242);
 
 // The palette of Okabe and Ito, "Color Universal Design" (2008), which stays apart for the common
@@ -58,12 +58,12 @@ pub const PURPLE: Rgb = Rgb(204, 121, 167);
 
 /// Area of acceptable conditions: bluish green, lightened so that text can be read on it.
 pub const ACCEPTABLE: Rgb = Rgb(134, 205, 180);
-/// Area of uncertain conditions: pale yellow, the lightest of the three.
+/// Area of uncertain conditions: pale yellow, chosen as the lightest of the three.
 pub const UNCERTAIN: Rgb = Rgb(255, 244, 190);
-/// Area of conditions that are not acceptable: vermillion, lightened a little, the darkest.
+/// Area of conditions that are not acceptable: vermillion, lightened a little, chosen as the darkest of the three.
 pub const NOT_ACCEPTABLE: Rgb = Rgb(214, 112, 48);
 
-/// Font sizes in CSS pixels.
+/// Font sizes in CSS pixels. Chosen by eye.
 pub mod size {
     /// Title of a figure.
     pub const TITLE: f64 = 19.0;
@@ -80,12 +80,14 @@ pub type Dash = &'static [f64];
 
 /// Unbroken.
 pub const SOLID: Dash = &[];
-/// Long dashes.
+/// Long dashes, CSS pixels. Chosen by eye.
 pub const DASHED: Dash = &[9.0, 5.0];
-/// Dots.
+/// Dots, CSS pixels. Chosen by eye.
 pub const DOTTED: Dash = &[2.0, 4.0];
 
+/// Dashes of curves in turn, CSS pixels. Chosen by eye.
 const DASHES: [Dash; 5] = [SOLID, DASHED, &[10.0, 4.0, 2.0, 4.0], DOTTED, &[5.0, 3.0]];
+/// Colours of curves in turn. Chosen from the palette: those that can be seen as lines.
 const LINE_COLOURS: [Rgb; 7] = [BLUE, ORANGE, GREEN, INK, VERMILLION, SKY, PURPLE];
 
 /// Shape of a marker.
@@ -109,6 +111,7 @@ pub enum Marker {
     Frame,
 }
 
+/// Markers of curves in turn. Chosen: shapes that differ in a grey print.
 const MARKERS: [Marker; 8] =
     [Marker::Disc, Marker::Triangle, Marker::Square, Marker::Diamond, Marker::TriangleDown, Marker::Ring, Marker::Cross, Marker::Frame];
 

@@ -1,4 +1,4 @@
-//! What a figure is drawn onto: four primitives, in the surface's own integer coordinates.
+//! Surfaces that figures are drawn onto: four primitives, in the surface's own integer coordinates.
 
 use super::fonts::Weight;
 use super::style::Rgb;
@@ -7,7 +7,7 @@ use coldplate_base::error::Result;
 /// A point in the surface's coordinates.
 pub type Pixel = (i32, i32);
 
-/// Which point of a text its position names.
+/// Anchor of a text: the point that its position names.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Anchor {
     /// Left end of the baseline.
@@ -30,7 +30,7 @@ pub struct Lettering<'a> {
     pub weight: Weight,
     /// Colour.
     pub colour: Rgb,
-    /// What the position names.
+    /// Point of the text that the position names.
     pub anchor: Anchor,
     /// Reads upwards instead of to the right.
     pub upwards: bool,

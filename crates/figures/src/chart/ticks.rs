@@ -11,12 +11,12 @@ pub struct Range {
     pub high: f64,
 }
 
-/// Beyond this a difference of two values could overflow.
+/// Largest magnitude of a value. Chosen: beyond, a difference of two values could overflow.
 const HUGE: f64 = 1e300;
 
 impl Range {
-    /// The range of these values, those that are not finite left out; `None` where none is left.
-    /// Values all alike are given room on both sides.
+    /// The range of the finite ones among these values; `None` if there is none. Equal values are given room on both
+    /// sides.
     pub fn of(values: impl IntoIterator<Item = f64>) -> Option<Self> {
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
         for v in values.into_iter().filter(|v| v.abs() < HUGE) {
@@ -53,14 +53,14 @@ impl Range {
     }
 }
 
-/// Where the ticks stand and what is written at them.
+/// Places and labels of ticks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ticks {
     /// Values, rising.
     pub values: Vec<f64>,
     /// One label per value.
     pub labels: Vec<String>,
-    /// What is to be added to the axis title where the labels are shortened: `×10⁵`, `+20.125`.
+    /// Text to be added to the axis title if the labels are shortened: `×10⁵`, `+20.125`.
     pub remark: Option<String>,
 }
 
@@ -76,7 +76,7 @@ pub fn linear(range: Range, most: usize) -> Ticks {
     let count = (last - first).max(0.0) as usize;
     let values: Vec<f64> = (0..=count).map(|i| (first + i as f64) * step).collect();
     let size = range.low.abs().max(range.high.abs());
-    // Digits before and behind the point that a plain label would need.
+    // Digits before and after the decimal point that a plain label would need.
     let behind = (-(step.log10() + 1e-9).floor()).max(0.0);
     let before = size.log10().floor().max(0.0) + 1.0;
     if before + behind <= 6.0 {
@@ -98,7 +98,7 @@ pub fn linear(range: Range, most: usize) -> Ticks {
     Ticks { values, labels, remark: Some(format!("×{}", power_of_ten(scale))) }
 }
 
-/// Ticks at powers of ten, and at 2 and 5 times those where there is room; both ends positive.
+/// Ticks at powers of ten, and at 2 and 5 times powers of ten if there is room; both ends positive.
 pub fn logarithmic(range: Range, most: usize) -> Ticks {
     let decades = (range.high / range.low).log10().max(0.0);
     let mut values = Vec::new();
@@ -129,7 +129,7 @@ fn plain(value: f64, decimals: usize) -> String {
     super::style::fixed(value, decimals)
 }
 
-/// The labels with the zeros dropped that all of them end in behind the point.
+/// The labels without the zeros after the decimal point that all of them end in.
 fn trimmed(mut labels: Vec<String>) -> Vec<String> {
     while labels.iter().all(|l| l.contains('.') && (l.ends_with('0') || l.ends_with('.'))) && !labels.is_empty() {
         for label in &mut labels {

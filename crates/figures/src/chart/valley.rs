@@ -32,11 +32,11 @@ pub struct ValleyFigure {
     pub parameters: [Quantity; 2],
     /// Rising values of each.
     pub axes: [Vec<f64>; 2],
-    /// What is drawn over both, `[first][second]`; not finite where there is none.
+    /// Misfit over both parameters, `[first][second]`; not finite where there is none.
     pub misfit: Vec<Vec<f64>>,
-    /// What that is.
+    /// Meaning of the misfit, in words.
     pub meaning: String,
-    /// Levels at which it is drawn.
+    /// Levels of the contour lines.
     pub levels: Vec<f64>,
     /// Marked places, with their names; the first is the best.
     pub marks: Vec<(String, [f64; 2])>,
@@ -46,11 +46,15 @@ pub struct ValleyFigure {
     pub notes: Vec<String>,
 }
 
+/// Width of the figure, CSS pixels. Chosen by eye.
 const WIDTH: f64 = 1000.0;
-/// Font size of the levels.
+/// Font size of the levels, CSS pixels. Chosen by eye.
 const LABEL: f64 = 11.0;
+/// Height of the map, CSS pixels. Chosen by eye.
 const MAP: f64 = 520.0;
+/// Height of the curves below the map, CSS pixels. Chosen by eye.
 const CURVES: f64 = 330.0;
+/// Markers and colours of the marked places, the best first. Chosen by eye.
 const MARKS: [(Marker, Rgb); 3] = [(Marker::Diamond, VERMILLION), (Marker::Disc, INK), (Marker::Square, BLUE)];
 
 /// Shade of a band, from the valley's floor (light) up.
@@ -129,7 +133,7 @@ impl ValleyFigure {
         let width = (WIDTH - 3.0 * MARGIN) / 2.0;
         let left = MARGIN + k as f64 * (width + MARGIN);
         let values = |t: &Trace| t.predicted.iter().copied().chain([t.measured]).filter(|v| v.is_finite()).collect::<Vec<_>>();
-        // What rises without bound towards no contact at all would press the rest flat.
+        // Temperatures that rise without bound, as towards no contact at all, would press the rest flat.
         let highest = self.traces[k].iter().map(|t| t.measured).fold(f64::NEG_INFINITY, f64::max);
         let all = self.traces[k].iter().flat_map(values).filter(|v| *v < highest + 40.0);
         let Some(y) = Range::of(all) else { return Ok(()) };

@@ -11,11 +11,12 @@ use super::style::Rgb;
 use super::surface::{Anchor, Lettering, Pixel, Surface};
 use coldplate_base::error::{Error, Result};
 
-/// Units of the view box per CSS pixel: plotters' coordinates are whole numbers, a curve needs finer.
+/// Units of the view box per CSS pixel. Chosen: plotters' coordinates are whole numbers, and a curve needs finer
+/// ones.
 const SCALE: f64 = 10.0;
-/// plotters writes the font size as its own size over this.
+/// Ratio of the font size given to plotters to the one it writes, dimensionless; from its SVG backend.
 const PLOTTERS_EM: f64 = 1.24;
-/// plotters puts the baseline of a text anchored at its top this far below, in em.
+/// Distance of the baseline below the top of a text anchored at its top, in em; from plotters' SVG backend.
 const TOP_TO_BASELINE: f64 = 0.76;
 
 /// An SVG being drawn.
@@ -104,7 +105,7 @@ pub fn finish(markup: &str, title: &str, (width, height): (f64, f64), lengths: &
         escape(&fonts::one_line(title))
     );
     let mut lengths = lengths.iter();
-    // What these attributes say is the default; in texts the quotation marks are escaped.
+    // These attributes state the default; in texts the quotation marks are escaped.
     let body =
         [" opacity=\"1\"", " stroke=\"none\"", " stroke-width=\"0\""].iter().fold(body.to_string(), |b, default| b.replace(default, ""));
     for line in body.replace("\n</text>", "</text>").split_inclusive('\n') {
@@ -116,7 +117,7 @@ pub fn finish(markup: &str, title: &str, (width, height): (f64, f64), lengths: &
             _ => out.push_str(line),
         }
     }
-    // What stands inside a <text> begins on the line after its tag.
+    // The content of a <text> begins on the line after its tag.
     out.replace("\">\n", "\">")
 }
 

@@ -5,13 +5,14 @@ use std::fmt::Write as _;
 use super::{Align, Block, Cell, KeyFigure, Report, Section, Table, Tone};
 use crate::chart::escape;
 
+/// Style sheet of the page.
 const STYLE: &str = include_str!("style.css");
 
 /// The whole page.
 pub fn page(report: &Report) -> String {
     let mut out = String::new();
     let title = text(&report.title);
-    // Neither scripts nor requests, even if a text got through that should not.
+    // Forbid scripts and requests, even if a text were not escaped.
     let policy = "default-src 'none'; style-src 'unsafe-inline'; img-src data:";
     let _ = write!(
         out,

@@ -34,22 +34,22 @@ pub enum Tone {
     /// No colour.
     #[default]
     Plain,
-    /// As it should be.
+    /// Good: as it should be.
     Good,
-    /// To be looked at.
+    /// Uncertain: to be looked at.
     Uncertain,
-    /// Not as it should be.
+    /// Bad: not as it should be.
     Bad,
 }
 
-/// A number large enough to be seen first, and what it is.
+/// A number set large enough to be seen first, and its meaning.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct KeyFigure {
     /// The value with its unit.
     pub value: String,
-    /// What it is.
+    /// Meaning of the value, in a few words.
     pub meaning: String,
-    /// Its colour.
+    /// Colour of the value.
     pub tone: Tone,
 }
 
@@ -111,7 +111,7 @@ impl Section {
         if points.is_empty() { self } else { self.add(Block::List(points)) }
     }
 
-    /// Names and what stands behind them: conditions, provenance, settings; none adds nothing.
+    /// Names with their values: conditions, provenance, settings; none adds nothing.
     pub fn facts<K: Into<String>, V: Into<String>>(&mut self, facts: impl IntoIterator<Item = (K, V)>) -> &mut Self {
         let facts: Vec<(String, String)> = facts.into_iter().map(|(k, v)| (k.into(), v.into())).collect();
         if facts.is_empty() { self } else { self.add(Block::Facts(facts)) }
@@ -202,7 +202,7 @@ impl Report {
     /// Writes the page, under a temporary name first.
     ///
     /// # Errors
-    /// Where it cannot be written.
+    /// The file cannot be written.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<()> {
         atomic_file::write(path.as_ref(), self.to_html().as_bytes())
     }

@@ -3,7 +3,7 @@
 use super::Tone;
 use crate::chart::style::fixed;
 
-/// Where the content of a column stands.
+/// Alignment of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Align {
     /// Texts.
@@ -18,9 +18,9 @@ pub enum Align {
 /// One cell.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Cell {
-    /// Its text.
+    /// Text of the cell.
     pub text: String,
-    /// Its colour.
+    /// Colour of the cell.
     pub tone: Tone,
 }
 
@@ -49,7 +49,7 @@ impl<T: Into<String>> From<T> for Cell {
     }
 }
 
-/// Columns with their alignment, and rows.
+/// A table: columns with their alignment, and rows.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Table {
     pub(super) columns: Vec<(String, Align)>,
@@ -77,7 +77,7 @@ impl Table {
         self
     }
 
-    /// What the table shows.
+    /// Sets the caption.
     pub fn caption(&mut self, text: impl Into<String>) -> &mut Self {
         self.caption = text.into();
         self

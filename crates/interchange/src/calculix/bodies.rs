@@ -11,9 +11,10 @@ use coldplate_solve::meshed::MeshedMachine;
 
 /// Corners of a cell in the order of CalculiX: which ones lie at the high end of each axis.
 const CORNERS: [[usize; 3]; 8] = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]];
-/// Weights below this are rounding.
+/// Weights below this are rounding, dimensionless. Chosen.
 const LEAST_WEIGHT: f64 = 1e-12;
-/// Widest cell (rad) around the axis of a cylinder that straight edges may stand for: a third of a turn.
+/// Widest cell (rad) around the axis of a cylinder that straight edges may stand for: a third of a turn. Chosen below half a turn,
+/// where a polygon has no area.
 const WIDEST: f64 = TAU / 3.0 * (1.0 + 1e-9);
 
 /// The grids of a mesh with the nodes of their corners.
@@ -92,7 +93,7 @@ impl<'a> Bodies<'a> {
         CORNERS.map(|high| self.corner(g, [0, 1, 2].map(|d| c[d] + high[d])))
     }
 
-    /// Where in a cell a point (m) lies along each axis, 0 to 1.
+    /// Position of a point (m) in a cell along each axis, 0 to 1.
     fn shares(&self, g: usize, c: [usize; 3], point: [f64; 3]) -> [f64; 3] {
         let grid = &self.grids[g];
         let local = grid.to_local(point);
@@ -119,7 +120,7 @@ impl<'a> Bodies<'a> {
         found
     }
 
-    /// Where a node of a cell is, m.
+    /// Place of a node of a cell, m.
     pub(super) fn place(&self, node: u32) -> [f64; 3] {
         self.nodes[node as usize - 1]
     }
@@ -184,7 +185,7 @@ impl<'a> Bodies<'a> {
 }
 
 /// How much farther from the axis the corners of a polygon stand than the circle of the same area, for cells of an angle (rad);
-/// infinite where an angle is too wide.
+/// infinite for an angle above [`WIDEST`].
 fn stretch(angle: f64) -> f64 {
     if angle > WIDEST { f64::INFINITY } else { (angle / angle.sin()).sqrt() }
 }

@@ -1,15 +1,16 @@
-//! Where blocks touch: thin wedges between their faces.
+//! Thin wedges between the faces of touching blocks.
 
 use super::bodies::Bodies;
 use super::deck::{Deck, Set};
 use coldplate_describe::machine::Side;
 use coldplate_solve::meshed::{MeshedMachine, SteadyState};
 
-/// Conductivity of wedges across contacts, W/(m K): a contact of h W/(m² K) is a wedge 1/h m thick.
+/// Conductivity of wedges across contacts, W/(m K). Chosen so that a contact of h W/(m² K) is a wedge 1/h m thick.
 pub(super) const CONTACT_CONDUCTIVITY: f64 = 1.0;
-/// Conductivity of wedges across bonds, W/(m K).
+/// Conductivity of wedges across bonds, W/(m K). Chosen: a wedge is this over its conductance per area thick.
 pub(super) const BOND_CONDUCTIVITY: f64 = 1000.0;
-/// How much better a bond conducts than the two half cells beside it.
+/// Conductance of a bond over that of the two half cells beside it, dimensionless. Chosen: drop across the bond (1 %) against
+/// conditioning.
 const BOND: f64 = 100.0;
 
 /// Adds the wedges.
@@ -32,7 +33,7 @@ pub(super) fn add(model: &MeshedMachine, state: &SteadyState, bodies: &Bodies<'_
     }
 }
 
-/// Conductance of the half cells on both sides of a face, W/(m² K): of each grid, side and cell.
+/// Conductance of the half cells on both sides of a face, W/(m² K); `sides` has grid, side and cell of each.
 fn half_cells(model: &MeshedMachine, sides: [((usize, Side), usize); 2], temperatures: &[f64]) -> f64 {
     let resistance = |((g, side), cell): ((usize, Side), usize)| {
         let grid = &model.mesh.grids[g];
@@ -42,7 +43,7 @@ fn half_cells(model: &MeshedMachine, sides: [((usize, Side), usize); 2], tempera
     1.0 / sides.map(resistance).iter().sum::<f64>()
 }
 
-/// Joints that some crossing of the mesh has.
+/// Whether some crossing of the mesh has a joint.
 pub(super) fn is_crossed(model: &MeshedMachine, joint: usize) -> bool {
     model.network.crossed.iter().any(|crossed| crossed.joints.contains(&joint))
 }

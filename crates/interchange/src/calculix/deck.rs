@@ -54,7 +54,7 @@ impl Set {
 /// Weights over nodes, which sum to one.
 pub(super) type Weights = Vec<(u32, f64)>;
 
-/// Number of the node that stands outside of the network, where water comes from and goes to.
+/// Number of the node that stands outside of the network, where water comes from and goes to: zero in CalculiX.
 pub(super) const OUTSIDE: u32 = 0;
 
 #[derive(Debug, Clone)]
@@ -69,12 +69,12 @@ pub(super) struct Element {
 pub(super) struct FilmCard {
     pub(super) element: usize,
     pub(super) face: u8,
-    /// W/(m² K)
+    /// Film coefficient, W/(m² K).
     pub(super) film: f64,
     pub(super) sink: Sink,
 }
 
-/// What a film takes heat to.
+/// Sink of a film's heat.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Sink {
     /// A temperature, K.
@@ -83,7 +83,7 @@ pub(super) enum Sink {
     Water(u32),
 }
 
-/// What a deck is made of. Numbers of nodes and elements count from 1; temperatures are kelvin.
+/// Content of a deck.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Deck {
     /// Coordinates, m.
@@ -98,7 +98,7 @@ pub(super) struct Deck {
     /// Heat into nodes, W.
     pub(super) heats: Vec<(u32, f64)>,
     pub(super) films: Vec<FilmCard>,
-    /// Element, face, effective emissivity, temperature of what it sees (K).
+    /// Element, face, effective emissivity, temperature of the surroundings that it sees (K).
     pub(super) radiation: Vec<(usize, u8, f64, f64)>,
     /// Element, face, flux into it (W/m²).
     pub(super) fluxes: Vec<(usize, u8, f64)>,
@@ -107,34 +107,34 @@ pub(super) struct Deck {
 }
 
 impl Deck {
-    /// A node; its number.
+    /// Adds a node; returns its number.
     pub(super) fn node(&mut self, at: [f64; 3]) -> u32 {
         self.nodes.push(at);
         self.nodes.len() as u32
     }
 
-    /// A node whose temperature is a mean of others.
+    /// Adds a node whose temperature is a mean of others; returns its number.
     pub(super) fn follower(&mut self, at: [f64; 3], weights: &Weights) -> u32 {
         let node = self.node(at);
         self.equations.push((node, weights.clone()));
         node
     }
 
-    /// An element; its number.
+    /// Adds an element; returns its number.
     pub(super) fn element(&mut self, kind: Kind, set: Set, nodes: Vec<u32>) -> usize {
         self.elements.push(Element { kind, set, nodes });
         self.elements.len()
     }
 
-    /// A tetrahedron that has the temperature that `weights` say, with a first face of `area` (m²); its number and first node.
-    /// The fourth node is free: nothing takes heat from it.
+    /// Adds a tetrahedron at the temperature of `weights`, with a first face of `area` (m²); returns its number and first node. The
+    /// fourth node is free: nothing takes heat from it.
     pub(super) fn place(&mut self, at: [f64; 3], area: f64, weights: &Weights) -> (usize, u32) {
         let leg = (2.0 * area).sqrt();
         let free = self.node([at[0], at[1], at[2] + leg]);
         self.under(free, at, leg, weights)
     }
 
-    /// The same below a node whose temperature it has; its number.
+    /// Adds a tetrahedron below a node, at this node's temperature; returns its number.
     pub(super) fn place_of(&mut self, node: u32, area: f64) -> usize {
         let leg = (2.0 * area).sqrt();
         let [x, y, z] = self.nodes[node as usize - 1];
@@ -146,7 +146,7 @@ impl Deck {
         (self.element(Kind::C3D4, Set::Place, vec![nodes[0], nodes[1], nodes[2], top]), nodes[0])
     }
 
-    /// A wedge between two places: ends of `area` (m²), `thickness` (m) apart.
+    /// Adds a wedge between two places: ends of `area` (m²), `thickness` (m) apart.
     pub(super) fn wedge(&mut self, set: Set, at: [f64; 3], area: f64, thickness: f64, ends: [&Weights; 2]) {
         let leg = (2.0 * area).sqrt();
         let corner = |x: f64, y: f64, z: f64| [at[0] + x, at[1] + y, at[2] + z];

@@ -1,4 +1,4 @@
-//! What acts on the faces of cells, and heat in their volume.
+//! Loads on the faces of cells, and heat in their volume.
 
 use std::collections::BTreeMap;
 
@@ -10,20 +10,20 @@ use coldplate_describe::machine::Side;
 use coldplate_network::{BoundaryState, Load, Surface};
 use coldplate_solve::meshed::{MeshedMachine, SteadyState};
 
-/// Share of a cell's face below which what is held at a temperature is only a part of it.
+/// Share of a cell's face from which a held area counts as the whole face, dimensionless. Chosen: true parts against rounding.
 const WHOLE: f64 = 0.999;
 
-/// What acts on one face of a cell. CalculiX takes one film and one radiation for each: those of several laws are summed, so
-/// that the heat is the same at every temperature of the face.
+/// Loads on one face of a cell. CalculiX takes one film and one radiation for each face: those of several laws are summed, so that the
+/// heat agrees at every temperature of the face.
 #[derive(Debug, Clone, Copy, Default)]
 struct Acting {
     /// Sum of film times area, W/K.
     film: f64,
-    /// The same times the temperature of the fluid, W.
+    /// Sum of film times area times temperature of the fluid, W.
     film_sink: f64,
     /// Sum of emissivity times area, m².
     emissive: f64,
-    /// The same times the fourth power of the temperature that is seen, m² K⁴.
+    /// Sum of emissivity times area times the fourth power of the temperature that is seen, m² K⁴.
     emissive_sink: f64,
     /// Heat of fluxes, W.
     flux: f64,
@@ -40,7 +40,7 @@ impl Acting {
         self.emissive_sink += emissive * seen.powi(4);
     }
 
-    /// Puts it on a face of an area (m²).
+    /// Puts the loads on a face of an area (m²).
     fn put(&self, element: usize, face: u8, area: f64, deck: &mut Deck) {
         if self.film > 0.0 {
             let sink = Sink::Temperature(self.film_sink / self.film);
@@ -54,7 +54,7 @@ impl Acting {
         }
     }
 
-    /// Adds what the laws of a surface do; `at` is the temperature behind it in the state, K.
+    /// Adds the laws of a surface; `at` is the temperature behind it in the state, K.
     fn add(&mut self, model: &MeshedMachine, surface: &Surface, load: &Load, at: f64) {
         self.add_radiation(surface.emissive, load.chamber);
         self.add_film(surface.gas_area * load.gas, load.chamber);
@@ -122,7 +122,7 @@ pub(super) fn add(model: &MeshedMachine, state: &SteadyState, bodies: &Bodies<'_
     Ok(())
 }
 
-/// What acts on lumped nodes, and what holds them.
+/// Loads on lumped nodes, and their held temperatures.
 fn nodes(model: &MeshedMachine, state: &SteadyState, lumped: &Lumped, deck: &mut Deck) {
     let (network, load) = (&model.network, &state.load);
     for surface in &network.surfaces {

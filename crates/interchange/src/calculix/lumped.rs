@@ -10,14 +10,14 @@ use coldplate_describe::machine::Side;
 use coldplate_network::NONE;
 use coldplate_solve::meshed::{MeshedMachine, SteadyState};
 
-/// Area of the face through which a lumped node radiates, m²; what acts on it is scaled to the area that is stated.
+/// Area of the face through which a lumped node radiates, m². Chosen: loads on it are scaled to the area that is stated.
 const AREA: f64 = 1e-4;
-/// Conductance of a bond between places without half cells, W/(m² K).
+/// Conductance of a bond between places without half cells, W/(m² K). Chosen: drop across the bond against conditioning.
 const BOND: f64 = 1e6;
 
 /// The nodes of the network that are no cells, as far as the deck has them.
 pub(super) struct Lumped {
-    /// Of each node of the network: its node, and its element.
+    /// Node and element of the deck for each node of the network.
     nodes: BTreeMap<u32, (u32, usize)>,
     /// Nodes of the network that are faces of cells.
     faces: BTreeMap<u32, (usize, Side)>,
@@ -34,7 +34,7 @@ impl Lumped {
         lumped
     }
 
-    /// The node of a node of the network, made where it is new; all corners of its element follow it.
+    /// Node of the deck for a node of the network, made where it is new; all corners of its element follow it.
     fn node(&mut self, of: u32, deck: &mut Deck) -> u32 {
         if let Some((node, _)) = self.nodes.get(&of) {
             return *node;

@@ -1,12 +1,11 @@
 //! A machine at one condition as an input deck for CalculiX, on our own mesh.
 //!
-//! Cells become hexahedra (C3D8; wedges at the axis of a solid cylinder) with nodes at their corners. What our network has
-//! between nodes is said in elements that any finite-element program knows:
+//! Cells become hexahedra (C3D8; wedges at the axis of a solid cylinder) with nodes at their corners. Connections between the nodes of
+//! our network are written as elements that any finite-element program knows:
 //!
-//! - Where cells of two blocks touch, a thin wedge (C3D6) conducts between the two faces. Each of its ends has the
-//!   temperature of one face at the middle of the shared area, by linear equations over the face's nodes. So the meshes of
-//!   parts need not match. Its conductance is that of contact and area; of blocks that are bonded, a hundred times what the
-//!   two half cells beside the face conduct.
+//! - Between touching cells of two blocks a thin wedge (C3D6) conducts from face to face. Each of its ends has the temperature of one
+//!   face at the middle of the shared area, by linear equations over the face's nodes, so that the meshes of parts need not match. Its
+//!   conductance is that of contact and area; for bonded blocks it is a hundred times that of the two half cells beside the face.
 //! - Water is a network of fluid elements (D). Each station of a channel takes heat through the film on one face of a small
 //!   tetrahedron (C3D4) that has the mean temperature of the channel's wall there. CalculiX finds the water's temperatures.
 //!   Film coefficients and mass flows come from our own solution, since no correlation for them is in CalculiX.
@@ -31,7 +30,7 @@ use coldplate_base::error::Result;
 use coldplate_describe::machine::Condition;
 use coldplate_solve::meshed::{MeshedMachine, SteadyState};
 
-/// A deck, and where in its results the sensors are.
+/// A deck, and the nodes of the sensors in its results.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InputDeck {
     /// The deck.
@@ -45,11 +44,11 @@ pub struct InputDeck {
 }
 
 impl InputDeck {
-    /// The deck of a model whose `state` at `condition` is known: film coefficients, mass flows and whatever else follows
-    /// temperature in a way that CalculiX has no words for are those of this state.
+    /// The deck of a model whose `state` at `condition` is known. Film coefficients, mass flows and other laws of temperature that
+    /// CalculiX cannot express have their values in this state.
     ///
     /// # Errors
-    /// The machine has something that the deck cannot say; what, where, and what to do about it are named.
+    /// The machine has something that the deck cannot express; the error names it, its place and a remedy.
     pub fn new(model: &MeshedMachine, condition: &Condition, state: &SteadyState) -> Result<Self> {
         refused::check(model, state).map_err(|error| error.in_file(&model.machine.file))?;
         let mut deck = deck::Deck::default();

@@ -10,9 +10,10 @@ use coldplate_base::error::{Error, Result};
 use coldplate_describe::machine::{Reading, Sensor};
 use coldplate_solve::meshed::MeshedMachine;
 
-/// Most nodes that a mean may be taken over: each is joined to each in the matrix.
+/// Most nodes that a mean may be taken over, a count: each is joined to each in the matrix. Chosen: size of the matrix against sensors
+/// that are refused.
 const MOST_NODES: usize = 1000;
-/// Area of the element whose corner a sensor is, m². Nothing flows through it.
+/// Area of the element whose corner a sensor is, m². Chosen; nothing flows through it.
 const AREA: f64 = 1e-6;
 
 /// A sensor in the results.
@@ -27,7 +28,7 @@ pub struct Point {
 /// Adds the measurement points, in the machine's order, without displacements: the deck is one of temperatures.
 ///
 /// # Errors
-/// A sensor reads what the deck does not have.
+/// A sensor reads a quantity or place that the deck does not have.
 pub(super) fn add(model: &MeshedMachine, bodies: &Bodies<'_>, water: &[Ends], lumped: &Lumped, deck: &mut Deck) -> Result<Vec<Point>> {
     let point = |sensor: &Sensor| {
         let node = match &sensor.reads {
@@ -53,7 +54,7 @@ pub(super) fn add(model: &MeshedMachine, bodies: &Bodies<'_>, water: &[Ends], lu
     model.machine.sensors.iter().filter(|sensor| !sensor.reads.is_displacement()).map(point).collect()
 }
 
-/// Where a sensor is, and the nodes that it reads.
+/// Place of a sensor, and the nodes that it reads.
 fn place(model: &MeshedMachine, bodies: &Bodies<'_>, sensor: &Sensor, reads: &Reading) -> Result<([f64; 3], Weights)> {
     let mesh = &model.mesh;
     let mut weights = Weights::new();

@@ -1,12 +1,12 @@
-//! What a deck cannot say.
+//! Features of a machine that a deck cannot express.
 
 use coldplate_base::error::{Error, Result};
 use coldplate_solve::meshed::{MeshedMachine, SteadyState};
 
-/// Refuses what the deck has no words for.
+/// Refuses a machine with features that the deck cannot express.
 ///
 /// # Errors
-/// What, where, and what to do about it.
+/// The machine has such a feature; the error names it, its place and a remedy.
 pub(super) fn check(model: &MeshedMachine, state: &SteadyState) -> Result<()> {
     let machine = &model.machine;
     for part in &machine.parts {

@@ -13,15 +13,15 @@ use coldplate_network::mesh::grid::Frame;
 use coldplate_physics::radiation::SIGMA;
 use coldplate_solve::meshed::{MeshedMachine, SteadyState};
 
-/// Terms of an equation in one line, four at most.
+/// Terms of an equation in one line, a count: four at most in CalculiX.
 const TERMS: usize = 4;
-/// Conductivity of elements that have the temperature of a place, W/(m K): they conduct nothing, for all their nodes agree.
+/// Conductivity of elements that have the temperature of a place, W/(m K). Chosen: they conduct nothing, for all their nodes agree.
 const PLACE_CONDUCTIVITY: f64 = 1.0;
-/// A viscosity for the fluid network, which uses none where the flows are given, Pa s.
+/// Viscosity in the fluid network, Pa s. Chosen: CalculiX uses none where the flows are given.
 const VISCOSITY: f64 = 1e-3;
-/// The same, kg/m³.
+/// Density in the fluid network, kg/m³. Chosen: CalculiX uses none where the flows are given.
 const DENSITY: f64 = 1000.0;
-/// How far CalculiX iterates, of what is typical; left to itself it stops earlier.
+/// Tolerances of CalculiX's iteration, as shares of typical values. Chosen; left to itself it stops earlier.
 const CONVERGED: &str = "1.E-8, 1.E-8, 1.E-8";
 
 /// Writes the deck. Comments begin with two stars.
@@ -87,9 +87,9 @@ fn header(model: &MeshedMachine, condition: &Condition, state: &SteadyState, poi
     }
     out += "** CONTACT: wedges that conduct across contacts; one of h W/(m2 K) is 1/h m thick. BOND: the same between blocks that are\n\
             ** one piece. Both ends have the temperatures of the faces, by equations. PLACE: temperatures of channel walls and sensors.\n\
-            ** WATER: the coolant, as a fluid network. CalculiX finds its temperatures. Its mass flows, the film coefficients, and what\n\
-            ** contacts, free convection and sources follow of temperature are those of coldplate's own solution at this condition.\n\
-            ** Measurement points, and what coldplate itself has for them:\n";
+            ** WATER: the coolant, as a fluid network. CalculiX finds its temperatures. Its mass flows, films, and the laws of\n\
+            ** temperature of contacts, free convection and sources have their values in coldplate's own solution at this condition.\n\
+            ** Measurement points, with the temperatures of coldplate's own solution:\n";
     let own = model.readings(state).into_iter().zip(&machine.sensors).filter(|(_, sensor)| !sensor.reads.is_displacement());
     for (point, (own, _)) in points.iter().zip(own) {
         out += &format!("** node {}: {} ({own:.4} degC)\n", point.node, point.sensor.replace('\n', " "));
@@ -135,7 +135,7 @@ fn materials(out: &mut String, machine: &Machine) {
     );
 }
 
-/// Where the table of a property has its corners, K.
+/// Temperatures at the corners of a property's table, K.
 fn temperatures(property: &Property) -> Vec<f64> {
     match property {
         Property::Constant(_) => Vec::new(),

@@ -9,15 +9,16 @@ use coldplate_network::mesh::path::{self, Piece, Station};
 use coldplate_network::{Stream, StreamState};
 use coldplate_solve::meshed::{MeshedMachine, SteadyState};
 
-/// Specific heat of what flows, J/(kg K); mass flows are such that the capacity rates are those of our solution.
+/// Specific heat in the fluid network, J/(kg K). Chosen, about that of water; mass flows are such that the capacity rates are those of
+/// our solution.
 pub(super) const SPECIFIC_HEAT: f64 = 4180.0;
-/// Distance from a line source on a node of a mesh of square bilinear elements at which the exact solution has the node's
-/// temperature, over the root of the summed squares of the cell's two widths: as Peaceman's 0.14 of a mesh of cells. From the
-/// discrete Green's function of the nine-point operator: 0.1146 cell widths.
+/// Distance from a line source on a node of a mesh of square bilinear elements at which the exact solution has the node's temperature,
+/// over the root of the summed squares of the cell's two widths; dimensionless. Peaceman's 0.14 is the like of it for a mesh of cells.
+/// From the discrete Green's function of the nine-point operator: 0.1146 cell widths.
 const OWN_DISTANCE: f64 = 0.0810;
-/// Least share of the film's resistance that counts, where the mesh is finer than the channel: as in our own solver.
+/// Least share of the film's resistance that counts, dimensionless, where the mesh is finer than the channel: as in our own solver.
 const LEAST_FILM: f64 = 0.2;
-/// Share of a flow below which it is rounding.
+/// Share of a flow below which it is rounding, dimensionless. Chosen.
 const LEAST_FLOW: f64 = 1e-9;
 
 /// The nodes of the fluid network at which water enters and leaves each channel.
@@ -27,7 +28,7 @@ pub(super) struct Ends {
     pub(super) outlet: u32,
 }
 
-/// Adds every channel; where water enters and leaves each.
+/// Adds every channel; returns the nodes at which water enters and leaves each.
 pub(super) fn add(model: &MeshedMachine, state: &SteadyState, bodies: &Bodies<'_>, deck: &mut Deck) -> Vec<Ends> {
     let streams = &model.network.streams;
     let mut ends: Vec<Ends> = Vec::with_capacity(streams.len());
@@ -42,8 +43,8 @@ pub(super) fn add(model: &MeshedMachine, state: &SteadyState, bodies: &Bodies<'_
             let next = deck.node(pieces.get(k).map_or(place.at, |p| p.at(1.0)));
             carry(deck, last, next, place.at, flow.capacity_rate);
             let conductance = conductance(model, state, stream, flow, station, place);
-            // The water of a station has one temperature here, the one at its end. What it then takes for the plug flow of
-            // our network to come out is C (exp(UA/C) - 1).
+            // The water of a station has one temperature here, the one at its end. With an exchange of C (exp(UA/C) - 1) the plug flow
+            // of our network comes out.
             let exchange = flow.capacity_rate * (conductance / flow.capacity_rate).exp_m1();
             let area = PI * stream.diameter * station.length;
             let (element, _) = deck.place(place.at, area, &place.weights);
@@ -75,7 +76,7 @@ fn carry(deck: &mut Deck, from: u32, to: u32, at: [f64; 3], rate: f64) {
     deck.element(Kind::D, Set::Water, vec![from, middle, to]);
 }
 
-/// Lets out what no other channel takes.
+/// Lets out the flow that no other channel takes.
 fn leave(model: &MeshedMachine, state: &SteadyState, ends: &[Ends], deck: &mut Deck) {
     let (streams, flows) = (&model.network.streams, &state.solution.streams);
     for (u, end) in ends.iter().enumerate() {
@@ -96,7 +97,7 @@ fn leave(model: &MeshedMachine, state: &SteadyState, ends: &[Ends], deck: &mut D
 /// The wall of a channel at one station.
 struct Wall {
     at: [f64; 3],
-    /// Its temperature.
+    /// Temperature of the wall, as weights over nodes.
     weights: Weights,
     /// Conduction length factor between the nodes and the wall, as of a [`Station`] but for shape functions.
     shape: f64,

@@ -11,7 +11,7 @@ use coldplate_base::document::Section;
 use coldplate_base::error::Result;
 use coldplate_figures::chart::acceptability::Here;
 
-/// Names of what the contour lines are of.
+/// Names of the quantities that contour lines may show.
 const LINES: [&str; 2] = ["margin", "probability"];
 
 /// Keys: `across`, `up`; optional `hold` (others stand at the middle of their range), `mark` (a condition, with its

@@ -16,7 +16,7 @@ pub(super) struct Parity {
     source: Source,
 }
 
-/// What the surrogate misses, over everything. Keys: as [`Parity`].
+/// Residuals over the prediction and every variable. Keys: those of [`Parity`].
 #[derive(Debug, Clone)]
 pub(super) struct Residuals {
     source: Source,

@@ -1,4 +1,4 @@
-//! `figure = "borders"`: where several surrogates of one machine stop calling a condition acceptable, over two variables.
+//! `figure = "borders"`: borders of the acceptable conditions by several surrogates of one machine, over two variables.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! `figure = "heat"`: where the heat comes from and where it goes, as bars.
+//! `figure = "heat"`: the heat balance, as bars.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! Limits in words that can stand alone on a page: how much, of which point, above or between what.
+//! Limits in words that can stand alone on a page: allowed value, point, and reference.
 
 use coldplate_figures::chart::style::{Quantity, readable};
 use coldplate_surrogate::verdict::{LimitKind, Surrogate, condition};
@@ -13,7 +13,7 @@ pub(super) fn listed(names: impl Iterator<Item = String>) -> String {
     }
 }
 
-/// Every limit: its name, and what is allowed of which points.
+/// Every limit: its name, and the allowed value with its points, in words.
 pub fn worded(surrogate: &Surrogate<'_>) -> Vec<(String, String)> {
     let variables = condition::variables(surrogate);
     let point = |p: usize| surrogate.point(p).map_or(String::new(), |p| p.name.to_string());

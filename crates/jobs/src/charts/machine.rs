@@ -15,12 +15,13 @@ use coldplate_figures::chart::style::Quantity;
 use coldplate_solve::meshed::MeshedMachine;
 use coldplate_tables::Table;
 
-/// Pieces along an edge of a block where the definition does not say.
+/// Number of pieces along an edge of a block, if the definition does not say. Chosen: smooth colours against the size
+/// of the file.
 const DETAIL: usize = 8;
 
 /// Keys: those of its state; optional `view` (`corner`, `front`, `side`, `top`), `parts` (those shown), `points` (the
 /// sensors shown), `detail` (pieces along an edge of a block), `places` (a CSV file with the columns `place` and `part`:
-/// where sensors were proposed) and `place_name` (what these are).
+/// proposed places of sensors) and `place_name` (a name for these places).
 #[derive(Debug, Clone)]
 pub(super) struct MachinePicture {
     state: State,
@@ -106,7 +107,7 @@ fn proposed(model: &MeshedMachine, file: &Path) -> Result<Vec<(usize, Probe)>> {
     rows.map(one).collect()
 }
 
-/// Where a sensor sits, with its part; `None` where it has no place (a lumped node).
+/// Place of a sensor, with its part; `None` if it has no place (a lumped node).
 fn place_of(model: &MeshedMachine, machine: &Machine, sensor: usize) -> Option<(Option<usize>, [f64; 3])> {
     let channel = |c: usize, end: fn(&[[f64; 3]]) -> Option<&[f64; 3]>| {
         let channel = &machine.channels[c];
@@ -123,7 +124,8 @@ fn place_of(model: &MeshedMachine, machine: &Machine, sensor: usize) -> Option<(
     }
 }
 
-/// The place of a face nearest to its middle, which itself lies beside a face that is bent or in several pieces.
+/// The point of a face nearest to its middle. The middle itself lies beside the face if it is bent or in several
+/// pieces.
 fn on_face(model: &MeshedMachine, face: Face) -> Option<[f64; 3]> {
     let cells = model.mesh.face_cells(face).into_iter().map(|(g, c, area)| {
         let grid = &model.mesh.grids[g];

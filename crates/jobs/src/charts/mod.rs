@@ -1,8 +1,8 @@
 //! Charts as data: a TOML file says which figure, from which sweep, surrogate, table or machine, of which points and
 //! variables, at which held conditions.
 //!
-//! Every kind of figure is one file of this room: what its keys are and how it is drawn. A new kind is a file and its
-//! line in the list of `kinds!`; `docs/charts.md` has the keys.
+//! Every kind of figure is one file in this folder, with its keys and its drawing. A new kind is a file and its line
+//! in the list of `kinds!`; `docs/charts.md` has the keys.
 
 mod acceptability;
 mod accuracy;
@@ -34,13 +34,13 @@ pub use sheet::operator_sheet;
 
 /// Keys that every definition may have.
 const COMMON: [&str; 4] = ["figure", "title", "width", "notes"];
-/// Narrowest and widest picture, CSS pixels.
+/// Narrowest and widest picture, CSS pixels. Chosen: narrower cannot be read, wider has no use.
 const WIDTHS: (usize, usize) = (240, 4000);
 
 /// The list of kinds: the name in the file, and the type that reads its keys and draws it.
 macro_rules! kinds {
     ($($name:literal => $variant:ident($kind:ty),)*) => {
-        /// What is drawn.
+        /// The figure that is drawn.
         #[derive(Debug, Clone)]
         enum Kind {
             $($variant($kind),)*
@@ -90,12 +90,12 @@ pub struct Chart {
     kind: Kind,
 }
 
-/// What all definitions have in common.
+/// Head that all definitions have in common.
 #[derive(Debug, Clone)]
 struct Head {
     /// Name of the file without its extension; the pictures are called after it.
     name: String,
-    /// Which kind of figure.
+    /// Kind of the figure.
     topic: &'static str,
     title: Option<String>,
     width: Option<f64>,
@@ -143,12 +143,12 @@ impl Chart {
         &self.head.name
     }
 
-    /// Which figure it asks for, one of [`KINDS`].
+    /// Kind of the figure, one of [`KINDS`].
     pub fn figure(&self) -> &'static str {
         self.head.topic
     }
 
-    /// Draws it into the gallery. Conditions of a sweep that are missing are solved first.
+    /// Draws the chart into the gallery. Conditions of a sweep that are missing are solved first.
     ///
     /// # Errors
     /// A name that its source does not know, a source that cannot be read or solved, a figure that cannot be written.
@@ -207,7 +207,7 @@ impl Head {
     }
 }
 
-/// The entries of `names` that the list under `key` asks for, in its order; all of them where it is not given.
+/// The entries of `names` that the list under `key` asks for, in its order; all of them without that key.
 fn chosen(root: &Section<'_>, key: &str, names: &[&str]) -> Result<Vec<usize>> {
     match root.opt_list(key)? {
         None => Ok((0..names.len()).collect()),

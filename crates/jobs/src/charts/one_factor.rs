@@ -46,12 +46,12 @@ impl Samples {
                 degree: root.opt_integer("degree", 0)?.unwrap_or(2),
             }),
             None => Err(root
-                .error("the chart does not say what it is drawn from")
+                .error("the chart names no source")
                 .help("add sweep = \"../sweeps/NAME.toml\" with group = \"...\", or table = \"FILE.csv\" with variable = \"...\"")),
         }
     }
 
-    /// The rows, with what runs in them.
+    /// The rows, with the variable that runs and the degree of its polynomial.
     pub(super) fn open(&self, head: &Head, results: &mut Results<'_>) -> Result<Run> {
         match self {
             Self::Sweep(path) => {

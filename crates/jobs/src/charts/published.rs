@@ -16,9 +16,10 @@ use coldplate_figures::chart::style::Quantity;
 use coldplate_surrogate::fit::one_factor::OneFactor;
 use coldplate_tables::{Column, Table};
 
-/// A printed curve further from ours than this would hide all others, K.
+/// Largest distance of a printed curve from ours at which it is drawn, K. Chosen: further away it would hide all
+/// others.
 const FAR: f64 = 100.0;
-/// Values along a curve.
+/// Number of values along a curve. Chosen: enough to look smooth.
 const FINE: usize = 61;
 
 /// Keys: as `one_factor`; `fits` (a CSV file with the columns `table`, `part`, `sensor` and the coefficients `c0`, `c1`,
@@ -100,7 +101,7 @@ impl Published {
         )
     }
 
-    /// How the polynomials count the variable.
+    /// Conversion of the variable to the unit of the polynomials.
     fn counted(&self, x: &Column) -> Result<Counted> {
         let dimension = dimension_of(&x.unit)?;
         let (factor, unit) = match self.x_unit.split_once(' ') {
@@ -164,7 +165,7 @@ impl Published {
     }
 }
 
-/// From our unit to the one that the polynomials count in.
+/// Conversion from our unit to the unit of the polynomials.
 struct Counted {
     offset: f64,
     factor: f64,

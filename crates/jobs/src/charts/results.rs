@@ -1,4 +1,4 @@
-//! Where charts find their numbers: sweeps solved already or to be solved now, and machines on their meshes.
+//! Sources of the numbers in charts: sweeps solved already or to be solved now, and machines on their meshes.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -14,16 +14,16 @@ use coldplate_explore::sweep::{Definition, Plan, SweepOptions};
 use coldplate_solve::sensitivity::Study;
 use coldplate_tables::Table;
 
-/// What a sweep has given.
+/// Results of a sweep.
 #[derive(Debug)]
 pub struct SweepResult {
-    /// Its conditions.
+    /// Conditions of the sweep.
     pub plan: Plan,
-    /// Name of its machine.
+    /// Name of the machine.
     pub machine: String,
     /// Every condition with its readings.
     pub table: Table,
-    /// A surrogate of its designs; `None` where it varies one variable at a time only.
+    /// A surrogate of the sweep's designs; `None` if it varies one variable at a time only.
     pub fitted: Option<Fitted>,
 }
 
@@ -43,7 +43,7 @@ impl<'a> Results<'a> {
         Self { root: root.to_path_buf(), options, progress, sweeps: BTreeMap::new(), machines: BTreeMap::new() }
     }
 
-    /// Makes the results of a sweep known that have just been found.
+    /// Adds the results of a sweep that have just been found.
     pub fn insert(&mut self, sweep: &Path, result: Rc<SweepResult>) {
         self.sweeps.insert(key(sweep), result);
     }
@@ -63,7 +63,7 @@ impl<'a> Results<'a> {
         let (plan, tables, fit) = match finished(&folder, &plan, &scope)? {
             Some(found) => (plan, found, None),
             None => {
-                self.progress.say(&format!("{}: solving what {} does not hold yet", path.display(), folder.display()));
+                self.progress.say(&format!("{}: solving conditions that {} does not hold yet", path.display(), folder.display()));
                 let Ran { swept, fit, .. } = adaptive::run(&Sweep::open(path, None, &[])?, &folder, self.options, self.progress)?;
                 let tables = Tables::from(&swept);
                 (swept.plan, tables, fit)
@@ -89,15 +89,15 @@ impl<'a> Results<'a> {
     }
 }
 
-/// A file by whatever path it is named.
+/// Canonical path of a file, so that different names of one file are equal.
 fn key(path: &Path) -> PathBuf {
     path.canonicalize().unwrap_or_else(|_| path.to_path_buf())
 }
 
-/// The tables in `folder`, where they are of this machine and hold every condition of the plan.
+/// The tables in `folder`, if they are of this machine and hold every condition of the plan.
 fn finished(folder: &Path, plan: &Plan, scope: &Scope) -> Result<Option<Tables>> {
     let path = folder.join("sweep.csv");
-    // Whether a design that grows is finished is known to its rounds alone.
+    // Only its rounds know whether an adaptive design is finished.
     if plan.growth.is_some() || !path.exists() {
         return Ok(None);
     }

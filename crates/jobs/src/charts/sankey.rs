@@ -1,4 +1,4 @@
-//! `figure = "sankey"`: the ways heat takes through a machine, as bands.
+//! `figure = "sankey"`: the paths of heat through a machine, as bands.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -14,7 +14,8 @@ use coldplate_figures::chart::style::number;
 use coldplate_solve::meshed::{MeshedMachine, NamedRoute, SteadyState};
 use coldplate_solve::routes::Stop;
 
-/// Share of all heat below which a station is put together with others like it.
+/// Share of all heat below which stations are put together, if the definition does not say. Chosen: thinner bands
+/// cannot be told apart.
 const LEAST: f64 = 0.02;
 
 /// Keys: those of its state; optional `least`, the share of all heat below which stations are put together (2 %).
@@ -52,7 +53,7 @@ impl Sankey {
     }
 }
 
-/// Where heat begins and ends: everything but parts, and lumped nodes that are held at a temperature.
+/// Ends of the paths of heat: everything but parts, and lumped nodes that are held at a temperature.
 struct Ends {
     held: Vec<usize>,
 }
@@ -79,7 +80,7 @@ fn total(routes: &[NamedRoute], ends: &Ends) -> Total {
     Total { made: sum(&is_source), entering: sum(&|r| ends.has(r.from.stop) && !is_source(r)), leaving: sum(&|r| ends.has(r.to.stop)) }
 }
 
-/// Stations and bands, small stations of one stage put together and what is far below that left out.
+/// Stations and bands; small stations of one stage are put together, and far smaller ones left out.
 fn gathered(routes: &[NamedRoute], ends: &Ends, least: f64) -> (Vec<Station>, Vec<Band>) {
     let made: f64 = routes.iter().filter(|r| ends.has(r.from.stop)).map(|r| r.watts).sum();
     // Heat through each end of the routes; water that warms one part and cools another is two stations.
@@ -95,7 +96,7 @@ fn gathered(routes: &[NamedRoute], ends: &Ends, least: f64) -> (Vec<Station>, Ve
         (true, false) => Stage::Source,
     };
     let is_large = |k: &(Stop, bool)| through.get(k).is_some_and(|[a, b]| a.max(*b) >= least * made);
-    // One that is seen alone keeps its name: there is nothing to be seen that it is put together with.
+    // A small station that is alone in its stage keeps its name.
     let is_seen = |watts: f64| watts > 0.1 * least * made;
     let others =
         |stage_of: Stage| through.iter().filter(|(k, [a, b])| !is_large(k) && is_seen(a.max(*b)) && stage(**k) == stage_of).count();
@@ -145,7 +146,8 @@ mod tests {
     use coldplate_solve::meshed::Named;
     use coldplate_solve::sensitivity::Study;
 
-    /// With water a little colder than the chamber, and with water so warm that it heats the machine.
+    /// Solves a machine twice: with water a little colder than the chamber, and with water so warm that it heats the
+    /// machine.
     fn solved(machine: &str, cells: usize) -> (Study, [SteadyState; 2]) {
         let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../machines").join(machine);
         let study = Study::new(Document::read(&file).unwrap(), Some(cells)).unwrap();
@@ -157,7 +159,7 @@ mod tests {
         (study, states)
     }
 
-    /// What enters less what leaves every stop.
+    /// Heat that enters less heat that leaves, for every stop.
     fn left_over(routes: &[NamedRoute]) -> BTreeMap<Stop, f64> {
         let mut left = BTreeMap::new();
         for route in routes {
@@ -204,7 +206,8 @@ mod tests {
         assert!((wall + balance.radiation).abs() <= small, "{name}: {wall} W to the wall, {} W by the balance", balance.radiation);
     }
 
-    /// What surfaces give off into the hood is what the parts exchange by it and send to the chamber.
+    /// The heat that surfaces emit into the hood equals the heat that the parts exchange by it and send to the
+    /// chamber.
     #[test]
     fn parts_under_a_hood_exchange_what_their_surfaces_give_off() {
         let (study, [state, _]) = solved("enclosure.toml", 8000);

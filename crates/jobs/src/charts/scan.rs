@@ -28,7 +28,7 @@ pub(super) struct Scan {
     marks: Vec<Curve>,
 }
 
-/// A number of the machine file that runs, and what its curve is called; the sensor is looked up when it is drawn.
+/// A number of the machine file that runs, and the name of its curve; the sensor is looked up when it is drawn.
 #[derive(Debug, Clone)]
 struct Scanned {
     key: String,

@@ -18,11 +18,12 @@ use coldplate_figures::chart::page::fixed_conditions;
 use coldplate_figures::chart::style::{Quantity, fixed as decimals, number, readable};
 use coldplate_surrogate::verdict::{self, Acceptability, Inverse, Surrogate, condition, free_within};
 
-/// Most conditions at which one flow is tried: with ends and middle of every range, and with the ends alone.
+/// Most conditions at which one flow is tried: with ends and middle of every range (3⁵), and with the ends alone
+/// (2¹⁰). Chosen: more cases find worse ones, each costs a query.
 const MOST_CASES: (usize, usize) = (243, 1024);
-/// How often a flow is raised before it counts as none: what asks for more has gaps too thin to rely on.
+/// Most raises of a flow before it counts as none. Chosen: a flow that needs more has gaps too thin to rely on.
 const MOST_RAISES: usize = 64;
-/// Rows and columns of the table.
+/// Number of rows and columns of the table. Chosen: numbers must be readable from two metres.
 const TABLE: (usize, usize) = (6, 5);
 
 /// No keys but those of its source.
@@ -49,8 +50,8 @@ fn quantity(surrogate: &Surrogate<'_>, variable: usize) -> Quantity {
     surrogate.variable(variable).map_or_else(Quantity::default, |v| Quantity::new(v.name, v.unit))
 }
 
-/// The sheet for the wall: maps at both ends of the ambient temperature, and for each speed and coolant temperature the
-/// smallest flow that is enough whatever the variables are that the table does not show.
+/// The sheet for the wall. It has maps at both ends of the ambient temperature. For each speed and coolant temperature
+/// it has the smallest flow that is enough, whatever the values of the variables that the table does not show.
 ///
 /// # Errors
 /// A surrogate without limits or without the four condition variables; one with more variables than can be looked through.
@@ -68,7 +69,7 @@ pub fn operator_sheet(surrogate: &Surrogate<'_>, machine: &str, provenance: &str
         let mut at = middle.clone();
         at[ambient] = end;
         let mut map = figures::map(surrogate, speed, flow, &at, None, Lines::Margin)?;
-        // What was held stands in the words on how to read the sheet.
+        // Held variables are named in the explanation.
         map.fixed.truncate(map.fixed.len() - surrogate.held().count());
         map.title = format!("{} {}", readable(&quantity(surrogate, ambient).name), quantity(surrogate, ambient).with_value(end));
         maps.push(map);
@@ -112,7 +113,7 @@ pub fn operator_sheet(surrogate: &Surrogate<'_>, machine: &str, provenance: &str
     })
 }
 
-/// The explanations, those first that must not be missed: the sheet leaves out the last where there is no room.
+/// The explanations, the most important first: the sheet leaves out the last if there is no room.
 fn how_to_read(surrogate: &Surrogate<'_>, looked_at: &str) -> Vec<String> {
     let held: Vec<(Quantity, f64)> = figures::always(surrogate);
     let held = (!held.is_empty()).then(|| format!("{}. At any other value this sheet says nothing.", fixed_conditions(&held)));
@@ -128,8 +129,8 @@ fn how_to_read(surrogate: &Surrogate<'_>, looked_at: &str) -> Vec<String> {
 /// Values of the variables that the table does not show.
 type Case = Vec<(usize, f64)>;
 
-/// Every combination of the ends of these variables' ranges, with their middles as long as these are not too many, and
-/// whether they are in it. Which end is the worse one differs: a limit above the ambient temperature is hardest where it
+/// Every combination of the ends of these variables' ranges, with their middles unless there are too many, and whether
+/// the middles are included. Either end may be the worse one: a limit above the ambient temperature is hardest where it
 /// is cold outside, one in degrees where it is hot.
 fn cases(unshown: &[usize], ranges: &[(f64, f64)]) -> Result<(Vec<Case>, bool)> {
     let count = |values: usize| u32::try_from(unshown.len()).ok().and_then(|n| values.checked_pow(n)).unwrap_or(usize::MAX);
@@ -148,7 +149,7 @@ fn cases(unshown: &[usize], ranges: &[(f64, f64)]) -> Result<(Vec<Case>, bool)> 
     Ok((cases, with_middle))
 }
 
-/// What the table says at one speed and coolant temperature.
+/// Cell of the table at one speed and coolant temperature.
 fn cell(surrogate: &Surrogate<'_>, at: &[f64], (flow, (low, high)): (usize, (f64, f64)), cases: &[Case]) -> Result<FlowCell> {
     let acceptable = |text: String| FlowCell { text, state: CellState::Acceptable };
     let none = FlowCell { text: "none".into(), state: CellState::NotAcceptable };
@@ -156,7 +157,8 @@ fn cell(surrogate: &Surrogate<'_>, at: &[f64], (flow, (low, high)): (usize, (f64
     if smallest <= low {
         return Ok(acceptable("any".into()));
     }
-    // Rounded up it must still be in the range and enough; where it is enough in a thinner band than can be set, it is none.
+    // The flow is rounded up; it must still be in the range and enough. A flow that is enough only in a band thinner than
+    // can be set counts as none.
     for digits in 1..=3 {
         let scale = 10f64.powi(digits);
         let rounded = (smallest * scale).ceil() / scale;
@@ -167,8 +169,8 @@ fn cell(surrogate: &Surrogate<'_>, at: &[f64], (flow, (low, high)): (usize, (f64
     Ok(none)
 }
 
-/// The smallest flow that is acceptable in every case; `None` without one. It is raised to what the hardest case asks for,
-/// until none asks for more: a flow that one case refuses cannot be that of all.
+/// The smallest flow that is acceptable in every case; `None` without one. The flow is raised to the one that the hardest
+/// case asks for, until no case asks for more: a flow that one case refuses cannot be that of all.
 fn smallest_for_all(
     surrogate: &Surrogate<'_>,
     at: &[f64],
@@ -182,7 +184,7 @@ fn smallest_for_all(
             return Ok(None);
         }
         match free_within(surrogate, &case, flow, Some((least, high)), CONFIDENCE)? {
-            // A little more where rounding would ask for the same flow again.
+            // Raise it a little more if rounding would ask for the same flow again.
             Inverse::Found { smallest, .. } => least = smallest.max(least + 1e-6 * (high - low)).min(high),
             Inverse::Nowhere { .. } | Inverse::OutsideRange(_) => return Ok(None),
         }
@@ -190,7 +192,8 @@ fn smallest_for_all(
     Ok(None)
 }
 
-/// The condition with the least margin among the cases that are not acceptable at a flow; `None` where all are.
+/// The condition with the least margin among the cases that are not acceptable at a flow; `None` if all are
+/// acceptable.
 fn hardest(surrogate: &Surrogate<'_>, at: &[f64], (flow, value): (usize, f64), cases: &[Case]) -> Result<Option<Vec<f64>>> {
     let mut found: Option<(f64, Vec<f64>)> = None;
     for case in cases {

@@ -13,12 +13,12 @@ use coldplate_surrogate::fit::{PointReport, file};
 use coldplate_surrogate::verdict::{Surrogate, condition};
 use coldplate_tables::Table;
 
-/// Where a surrogate comes from.
+/// Source of a surrogate.
 #[derive(Debug, Clone)]
 pub enum Source {
     /// The designs of a sweep.
     Sweep(PathBuf),
-    /// A surrogate file, and tables to compare it with: those its fit has seen, and those it has not.
+    /// A surrogate file, and tables to compare it with.
     File {
         /// The surrogate.
         path: PathBuf,
@@ -29,13 +29,13 @@ pub enum Source {
     },
 }
 
-/// A surrogate's file and what it is compared with.
+/// A surrogate's file and its comparison.
 pub enum Opened {
     /// Fitted to a sweep.
     Sweep(Rc<SweepResult>),
     /// From a file.
     File {
-        /// Its bytes.
+        /// Bytes of the file.
         bytes: Vec<u8>,
         /// The tables beside it.
         comparison: Comparison,
@@ -56,12 +56,12 @@ impl Source {
                 held_out: root.opt_text("held_out")?.map(|p| folder.join(p)),
             }),
             None => Err(root
-                .error("the chart does not say what it is drawn from")
+                .error("the chart names no source")
                 .help("add sweep = \"../sweeps/NAME.toml\" or surrogate = \"FILE.cps\"")),
         }
     }
 
-    /// What a path names: a sweep file (`.toml`), or a surrogate file.
+    /// The source that a path names: a sweep file (`.toml`), or a surrogate file.
     pub fn at(path: PathBuf) -> Self {
         match path.extension().is_some_and(|extension| extension == "toml") {
             true => Self::Sweep(path),
@@ -69,7 +69,7 @@ impl Source {
         }
     }
 
-    /// Opens it, solving and fitting what is missing.
+    /// Opens the source; missing conditions are solved and fitted.
     ///
     /// # Errors
     /// Errors of [`Results::sweep`]; a file that cannot be read; a sweep without a design to fit.
@@ -107,7 +107,7 @@ impl Opened {
     /// The surrogate.
     ///
     /// # Errors
-    /// Its bytes are damaged.
+    /// The bytes are damaged.
     pub fn surrogate(&self) -> Result<Surrogate<'_>> {
         match self {
             Self::Sweep(found) => file::open(found.fitted.as_ref().map_or(&[][..], |f| &f.bytes)),
@@ -115,7 +115,7 @@ impl Opened {
         }
     }
 
-    /// What it is compared with.
+    /// Comparison of the surrogate with tables.
     pub fn comparison(&self) -> Comparison {
         match self {
             Self::Sweep(found) => found.fitted.as_ref().map(|f| f.comparison.clone()).unwrap_or_default(),
@@ -123,7 +123,7 @@ impl Opened {
         }
     }
 
-    /// Reports of the fit, where it was made here.
+    /// Reports of the fit, if it was made here.
     pub fn reports(&self) -> &[PointReport] {
         match self {
             Self::Sweep(found) => found.fitted.as_ref().map_or(&[], |f| &f.fit.points),
@@ -161,7 +161,7 @@ pub fn held(root: &Section<'_>, key: &str, surrogate: &Surrogate<'_>) -> Result<
 /// The variable of the surrogate that `key` names.
 ///
 /// # Errors
-/// It is missing or not a variable of the surrogate.
+/// The key is missing or names no variable of the surrogate.
 pub fn variable(root: &Section<'_>, key: &str, surrogate: &Surrogate<'_>) -> Result<usize> {
     let names: Vec<&str> = surrogate.variables().map(|v| v.name).collect();
     root.choice(key, &names)

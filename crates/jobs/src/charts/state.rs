@@ -1,4 +1,4 @@
-//! A machine at one condition, solved in full: what pictures of heat and temperature are drawn from.
+//! A machine at one condition, solved in full: the basis of pictures of heat and temperature.
 
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -46,7 +46,7 @@ impl State {
     }
 }
 
-/// The condition that a definition asks for, and what of it is said in the figure.
+/// The condition that a definition asks for, and the values that the figure shows.
 pub(super) fn condition_of(root: &Section<'_>, machine: &Machine) -> Result<(Condition, Fixed)> {
     if root.has("measurement") {
         let names: Vec<&str> = machine.measurements.iter().map(|m| m.name.as_str()).collect();
@@ -59,7 +59,7 @@ pub(super) fn condition_of(root: &Section<'_>, machine: &Machine) -> Result<(Con
         for name in section.keys() {
             let value = section.value(name)?;
             let text = value.text()?;
-            // One by one first, so that a mistake is shown where it stands.
+            // Each value is checked by itself first, so that an error names its place.
             let variable = machine.variables.iter().find(|v| v.name == name);
             match variable {
                 Some(v) => value.quantity(v.dimension).map(|_| ())?,
@@ -79,8 +79,9 @@ pub(super) fn condition_of(root: &Section<'_>, machine: &Machine) -> Result<(Con
     Ok(shown(machine, condition, &named))
 }
 
-/// A condition as a figure shows it: with all that is named and all that the machine follows. What nobody names is held at its
-/// default, and what a machine has declared itself is as much part of the condition as the rest.
+/// A condition as a figure shows it: with all named variables and all that the machine depends on. Variables that are not
+/// named are held at their default, and those that a machine has declared itself are as much part of the condition as the
+/// rest.
 fn shown(machine: &Machine, condition: Condition, named: &[usize]) -> (Condition, Fixed) {
     let all = condition.si().iter().copied().enumerate();
     let all: Vec<(usize, f64)> = all.filter(|(v, _)| named.contains(v) || machine.uses(*v)).collect();

@@ -117,8 +117,8 @@ impl Builder<'_> {
         Crossing { joints, along: Vec::new(), area: interface.area(), interface: Some(index) }
     }
 
-    /// Joints of one interface, from its first side to its second (or crossed). Sides that a sensor reads have a node of
-    /// their own, behind the half cell; both sides of a bond have the same.
+    /// Joints of one interface, from its first side to its second (or crossed). Sides that a sensor reads have a node of their own,
+    /// behind the half cell; both sides of a bond share one.
     fn joints_of(&mut self, interface: &Interface, crossed: bool, is_bonded: bool) -> Vec<Joint> {
         let ((ga, sa), (gb, sb)) = (interface.a, interface.b);
         let (grid_a, grid_b) = (&self.mesh.grids[ga], &self.mesh.grids[gb]);
@@ -197,7 +197,7 @@ impl Builder<'_> {
         Ok(cells)
     }
 
-    /// The feet of faces: of what is open, or of all. Where a sensor reads an open face they stand on its node there.
+    /// The feet of faces: of open cells, or of all. On an open face that a sensor reads they stand on its node there.
     fn gather(&mut self, faces: &[Face], open: bool) -> Vec<Foot> {
         let mut cells: Vec<Foot> = Vec::new();
         for face in faces {
@@ -258,7 +258,7 @@ impl Builder<'_> {
             let own = [0, 1].map(|i| sides[i].iter().map(|f| f.1).sum::<f64>());
             let smaller = own.iter().copied().filter(|a| *a > 0.0).fold(f64::INFINITY, f64::min);
             let area = contact.area.unwrap_or(smaller);
-            // What the contact covers no longer sees the chamber.
+            // The area that the contact covers no longer sees the chamber.
             for (place, own) in contact.between.iter().zip(own) {
                 if let (Place::Face(face), Some(covered)) = (place, contact.area) {
                     self.view_left.push((*face, (1.0 - covered / own).max(0.0)));
@@ -358,7 +358,7 @@ impl Builder<'_> {
     }
 }
 
-/// How the temperature beside the middle of a face cell is found, where `point` (m) is not in its middle.
+/// Interpolation to the temperature beside the middle of a face cell, for a `point` (m) outside its middle.
 fn reach(grid: &Grid, cell: usize, side: Side, point: [f64; 3], reaches: &mut Vec<Reach>) -> u32 {
     let (c, local) = (grid.indices(cell), grid.to_local(point));
     let mut found = Reach { nodes: [cell as u32; 2], shares: [0.0; 2] };

@@ -15,7 +15,7 @@ type Members = Vec<(u32, f64)>;
 impl Builder<'_> {
     /// The networks of all enclosures.
     ///
-    /// Every patch has one radiosity. Its cells' faces stand behind half a cell of conduction each.
+    /// Every patch has one radiosity. The faces of its cells stand behind half a cell of conduction each.
     pub(super) fn enclosures(&mut self) -> Result<()> {
         for enclosure in &self.machine.enclosures {
             self.enclosure(enclosure)?;
@@ -54,7 +54,7 @@ impl Builder<'_> {
             }
         };
         let n = areas.len();
-        // A table may have a row for the chamber; else it gets what is left of each row.
+        // A table may have a row for the chamber; otherwise the chamber gets the rest of each row.
         let to_chamber: Vec<f64> =
             (0..n).map(|i| if seeing.exchange.nrows() > n { seeing.exchange[(i, n)] } else { seeing.rest[i] }).collect();
         let seen: f64 = to_chamber.iter().sum();
@@ -235,7 +235,7 @@ impl Builder<'_> {
         ends
     }
 
-    /// Sums what patches see up to surfaces, for reports.
+    /// Sums view factors of patches up to surfaces, for reports.
     fn report(&mut self, enclosure: &Enclosure, owner: &[usize], areas: &[f64], seeing: &Seeing, to_chamber: &[f64]) {
         let listed: Vec<&EnclosureSurface> = enclosure.surfaces.iter().filter(|s| s.place.is_some()).collect();
         let n = listed.len();

@@ -6,14 +6,14 @@ use crate::{Joint, NONE};
 /// Joints of one crossing between two bodies.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Crossing {
-    /// From the first side to the second.
+    /// Joints from the first side to the second.
     pub(super) joints: Vec<Joint>,
-    /// Between vertices of one side, of negative area: what consistent shape functions have beyond pairs of nodes, so
-    /// that heat does not flow along the interface.
+    /// Joints between vertices of one side, of negative area: the terms of consistent shape functions beyond pairs of nodes, so that
+    /// heat does not flow along the interface.
     pub(super) along: Vec<Joint>,
     /// True area, m².
     pub(super) area: f64,
-    /// The interface of the mesh that it is, where it is between blocks.
+    /// Index of the mesh's interface, if the crossing is between blocks.
     pub(super) interface: Option<usize>,
 }
 
@@ -22,7 +22,7 @@ pub(super) fn joint_between(a: Foot, b: Foot, contact: u32) -> Joint {
     Joint { a: a.0, b: b.0, area: a.1, length_a: a.2, length_b: b.2, property_a: a.3, property_b: b.3, contact, reach: [NONE; 2] }
 }
 
-/// The same joint, counted the other way.
+/// A joint counted the other way.
 pub(super) fn reversed(j: Joint) -> Joint {
     Joint {
         a: j.b,

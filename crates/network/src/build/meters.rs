@@ -1,4 +1,4 @@
-//! What heat-flow sensors look at.
+//! Joints, boundaries and streams whose heat is measured by heat-flow sensors.
 
 use std::collections::HashSet;
 
@@ -7,7 +7,7 @@ use crate::{HeatMeter, Through};
 use coldplate_base::error::{Error, Result};
 use coldplate_describe::machine::{Face, HeatFlow, HeatPath};
 
-/// Part of a cell's face that counts as rounding.
+/// Share of a cell's face that counts as rounding, dimensionless. Chosen.
 const LEAST_SHARE: f64 = 1e-9;
 
 impl Builder<'_> {
@@ -28,7 +28,7 @@ impl Builder<'_> {
                 HeatPath::Boundary(boundary) => Through::Boundary(boundary),
                 HeatPath::Channel(channel) => Through::Stream(channel),
                 HeatPath::Contact { contact, out_of } => {
-                    // Of a link between places that do not touch the first half, which begins at the first of them.
+                    // A link between places that do not touch: its first half, which begins at the first place.
                     let group = self.network.contacts.iter().find(|group| group.of == Some(contact));
                     let sign = if out_of == 0 { 1.0 } else { -1.0 };
                     Through::Joints(group.map_or_else(Vec::new, |g| g.joints.clone().map(|j| (j as u32, sign)).collect()))

@@ -64,9 +64,9 @@ struct Builder<'a> {
     enclosed: HashMap<CellFace, (u32, f64)>,
     /// Cell faces that sensors read: the nodes of their surface, each with its area, m².
     probed: HashMap<CellFace, Vec<(u32, f64)>>,
-    /// Of these the ones that contacts over a stated area or radiation links begin at: the node of the surface.
+    /// Probed cell faces at which contacts over a stated area or radiation links begin: the node of the surface.
     footed: HashMap<CellFace, u32>,
-    /// Those at whose cells such contacts and links begin all the same.
+    /// Probed cell faces whose cells such contacts and links begin at all the same.
     bypassed: HashSet<CellFace>,
 }
 
@@ -193,7 +193,7 @@ impl Builder<'_> {
         Ok(())
     }
 
-    /// Sets what flows into each stream below `layout`; returns the streams that flow out of it.
+    /// Sets the streams that flow into each stream below `layout`; returns the streams that flow out of it.
     fn connect(&mut self, layout: &Layout, upstream: Vec<usize>) -> Vec<usize> {
         match layout {
             Layout::Channel(s) => {

@@ -1,5 +1,5 @@
-//! What sensors read. On faces and within half a cell of them that is the temperature which the solver balances there:
-//! every cell face that a sensor looks at gets a node for its surface, behind half a cell of conduction.
+//! Readings of sensors. On faces and within half a cell of them a sensor reads the temperature that the solver balances there: every
+//! cell face that a sensor looks at gets a node for its surface, behind half a cell of conduction.
 
 use super::{Builder, CellFace};
 use crate::SensorTerm;
@@ -14,7 +14,7 @@ struct AtFace {
     side: Side,
     /// The outermost cells beside the point, with their weights.
     cells: Vec<(usize, f64)>,
-    /// How far the point is on the way from these to the face, 0 to 1.
+    /// Position of the point on the way from these to the face, 0 to 1.
     share: f64,
 }
 
@@ -40,8 +40,8 @@ impl Builder<'_> {
         }
     }
 
-    /// The temperature of a cell's face as weights over nodes. Where parts of it have no node of their own (the wall of a
-    /// bore, places under imported meshes) the two cells behind it say what it is.
+    /// The temperature of a cell's face as weights over nodes. If parts of it have no node of their own (the wall of a bore, places
+    /// under imported meshes), the two cells behind it give the temperature there.
     fn face_weights(&self, (g, side, cell): CellFace, area: f64) -> Vec<(u32, f64)> {
         let nodes = self.probed.get(&(g, side, cell)).map_or(&[][..], Vec::as_slice);
         let known: f64 = nodes.iter().map(|n| n.1).sum();
@@ -141,7 +141,7 @@ impl Builder<'_> {
     }
 }
 
-/// Where a point lies between the outermost cells of a block and the nearest of its faces.
+/// Place of a point between the outermost cells of a block and the nearest of its faces; `None` for a point farther inside.
 fn at_face(grid: &Grid, point: [f64; 3]) -> Option<AtFace> {
     let local = grid.to_local(point);
     let of_side = |side: &Side| -> Option<(f64, Side)> {
@@ -157,7 +157,7 @@ fn at_face(grid: &Grid, point: [f64; 3]) -> Option<AtFace> {
         (share > 0.0).then_some((share, *side))
     };
     let (share, side) = Side::ALL.iter().filter_map(of_side).max_by(|a, b| a.0.total_cmp(&b.0))?;
-    // The same point moved inwards to the middle of the outermost cells.
+    // The point moved inwards to the middle of the outermost cells.
     let d = side.axis();
     let last = if side.is_high() { grid.n(d) - 1 } else { 0 };
     let mut middle = local;

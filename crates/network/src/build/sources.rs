@@ -1,4 +1,4 @@
-//! Where the power of sources goes.
+//! Distribution of the power of sources over nodes.
 
 use super::Builder;
 use crate::HeatSource;
@@ -7,7 +7,8 @@ use coldplate_base::error::{Error, Result};
 use coldplate_base::formula::Values;
 use coldplate_describe::machine::{Place, Side, Source};
 
-/// Places of two points in an interval, from its middle, that integrate cubic polynomials exactly.
+/// Places of two points in an interval, from its middle and over its length: ±1/(2 sqrt 3), Gauss's, which integrate cubic polynomials
+/// exactly.
 const GAUSS: [f64; 2] = [-0.288_675_134_594_812_9, 0.288_675_134_594_812_9];
 
 impl Builder<'_> {

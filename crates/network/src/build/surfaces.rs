@@ -1,4 +1,4 @@
-//! Open faces: what they radiate, and what boundaries of the machine do to them.
+//! Open faces: their radiation, and the boundaries of the machine on them.
 
 use super::{Builder, CellFace};
 use crate::mesh::grid::{Grid, tangents};
@@ -7,12 +7,13 @@ use coldplate_base::error::{Error, Result};
 use coldplate_describe::machine::{Boundary, BoundaryLaw, Face, Region, Side};
 use coldplate_physics::radiation::effective_emissivity;
 
-/// Pieces along each axis of a cell's face at which a part of a face is looked up where its edge crosses the cell.
+/// Pieces along each axis of a cell's face, a count: a cell that the edge of a part of a face crosses is looked up piece by piece.
+/// Chosen: error of the area against time.
 const PIECES: usize = 24;
-/// Share of a face below which what a boundary acts on is rounding.
+/// Share of a face below which the area that a boundary acts on is rounding, dimensionless. Chosen.
 const LEAST_SHARE: f64 = 1e-9;
 
-/// What acts on an open cell face, or on a piece of it.
+/// An open cell face, or a piece of it, with the boundaries that act on it.
 struct Piece<'a> {
     grid: &'a Grid,
     number: usize,
@@ -103,7 +104,7 @@ impl Builder<'_> {
         let held = laws.into_iter().find(|l| *l != NONE && self.holds(*l as usize));
         let at = (piece.number, side as usize, grid.cell(piece.cell));
         if let Some((node, share)) = piece.enclosed {
-            // Its surface is a node of its own, with the enclosure's radiation.
+            // The surface is a node of its own, with the enclosure's radiation.
             if let Some(l) = held.filter(|l| self.machine.boundaries[*l as usize].within.is_some()) {
                 let boundary = &self.machine.boundaries[l as usize];
                 return Err(Error::input("a temperature on part of a face cannot act inside an enclosure")
@@ -138,7 +139,7 @@ impl Builder<'_> {
         Ok(())
     }
 
-    /// What of an area of a cell's face each combination of boundaries acts on. Open or not, the parts of a cell are alike.
+    /// Areas of a cell's face by the combination of boundaries that acts on them. Open and covered parts of a cell are divided alike.
     fn pieces(&self, grid: &Grid, side: Side, c: [usize; 3], area: f64) -> Vec<(f64, Laws)> {
         let acts = |f: &Face| f.part == grid.part && f.side == side && f.block.is_none_or(|b| b == grid.block);
         let on: Vec<(usize, &Boundary)> = self.machine.boundaries.iter().enumerate().filter(|(_, b)| b.faces.iter().any(acts)).collect();
@@ -181,7 +182,7 @@ impl Builder<'_> {
         found
     }
 
-    /// Where a cell is cut along a local axis: at the edges of ranges, exactly, or evenly where edges run otherwise.
+    /// Cuts of a cell along a local axis: at the edges of ranges, exactly, or evenly where edges run otherwise.
     fn cuts(&self, grid: &Grid, d: usize, i: usize, regions: &[&Region]) -> Vec<f64> {
         let (low, high) = (grid.edges[d][i], grid.edges[d][i + 1]);
         let is_box = !grid.is_cylindrical() && !grid.is_spherical();
@@ -205,7 +206,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Counts what boundaries would act on if nothing covered a side of a block.
+    /// Counts the areas that boundaries would act on if nothing covered a side of a block.
     fn count_whole(&mut self, grid: &Grid, side: Side) {
         let face = Face { part: grid.part, block: Some(grid.block), side };
         for (_, c, area) in self.mesh.face_cells(face) {
@@ -256,13 +257,12 @@ impl Builder<'_> {
         matches!(self.machine.boundaries[boundary].law, BoundaryLaw::Temperature(_))
     }
 
-    /// Where the load lists the temperature of a boundary among those of held nodes: after the lumped nodes and the
-    /// chamber.
+    /// Index of a boundary's temperature in the load's list of those of held nodes: after the lumped nodes and the chamber.
     pub(super) fn held_by(&self, boundary: usize) -> u32 {
         (self.machine.nodes.len() + 1 + boundary) as u32
     }
 
-    /// Keeps the surface of a cell's face, and where it is, if anything leaves through it.
+    /// Keeps the surface of a cell's face, with its place, if anything leaves through it.
     fn push_face(&mut self, (_, side, cell): CellFace, surface: Surface) {
         let known = self.network.surfaces.len();
         self.push_surface(surface);

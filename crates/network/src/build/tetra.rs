@@ -10,7 +10,8 @@ use crate::mesh::tetra::touch::{Other, PAIRS, Piece, Touch};
 use crate::{FREE, Joint, Laws, NONE, Surface};
 use coldplate_describe::machine::{ContactLaw, Face, Place, Side};
 
-/// Vertices on one cell's face among which pairs are formed.
+/// Most vertices on one cell's face among which pairs are formed, a count. Chosen: number of joints, about its square, against
+/// exactness.
 const MOST_VERTICES: usize = 200;
 
 impl Builder<'_> {
@@ -125,13 +126,13 @@ impl Builder<'_> {
         let tetra = &self.mesh.tetra[touch.tetra];
         let is_bonded = law.is_bonded();
         let mut crossing = Crossing::default();
-        // Of each cell the vertices that face it, with their shares.
+        // Joints of each cell with the vertices that face it.
         let mut cells: BTreeMap<u32, Vec<Joint>> = BTreeMap::new();
         for piece in pieces {
             crossing.area += piece.area();
             let corners = tetra.body.faces[piece.face as usize].map(|v| tetra.node(v) as u32);
             let property_a = self.across(tetra, piece.face as usize);
-            // What conducts between the corner and the interface: nothing does, unless a bond needs its layer.
+            // Conduction length between the corner and the interface: none, unless a bond needs its layer.
             let layer = if is_bonded { piece.bond / 2.0 } else { 0.0 };
             let (others, length_b, property_b): ([u32; 3], f64, u32) = match touch.other {
                 Other::Grid(g, side) => {
@@ -258,7 +259,7 @@ impl Builder<'_> {
         merged
     }
 
-    /// The surface of a vertex, unless its temperature is given, which leaves nothing to find.
+    /// The surface of a vertex; `None` if its temperature is given.
     pub(super) fn vertex_surface(&self, (node, area, laws, view): (u32, f64, Laws, f64), emissivity: f64, factor: f64) -> Option<Surface> {
         let is_held = laws.into_iter().any(|l| l != NONE && self.holds(l as usize));
         let seen = area * view * factor;
@@ -276,7 +277,7 @@ impl Builder<'_> {
     }
 }
 
-/// What makes a cell exchange heat with the mean temperature over its face instead of with each vertex.
+/// Adds the joints that make a cell exchange heat with the mean temperature over its face instead of with each vertex.
 ///
 /// With shares w_i of the area A the energy G (sum w_i T_i / A - T)² is the sum over pairs of w_i/A G (T_i - T)² less
 /// w_i w_j / A² G (T_i - T_j)². A linear field then has its value at the middle of the cell, where the cell has its own:
@@ -297,7 +298,7 @@ fn mean_of_cell(mut pairs: Vec<Joint>, along: &mut Vec<Joint>) {
 /// Adds up the joints between the same nodes with the same lengths.
 fn merge(joints: &mut Vec<Joint>) {
     for joint in joints.iter_mut().filter(|j| j.area < 0.0 && j.a > j.b) {
-        // Along one side both directions are the same.
+        // Along one side both directions are one joint.
         std::mem::swap(&mut joint.a, &mut joint.b);
     }
     let key = |j: &Joint| (j.a, j.b, j.property_a, j.property_b, j.length_a.to_bits(), j.length_b.to_bits());

@@ -1,4 +1,4 @@
-//! Blocks that move as one, what joins them, and whether they are held.
+//! Blocks that move as one, the joints between them, and whether they are held.
 
 use nalgebra::{DMatrix, Matrix3, SMatrix, SymmetricEigen, Vector3};
 
@@ -10,11 +10,12 @@ use coldplate_base::error::{Error, Result};
 use coldplate_describe::machine::{Face, JointKind, Machine, Side};
 use std::f64::consts::TAU;
 
-/// Stiffness of a rigid joint per area, over that of the cells beside it.
+/// Stiffness of a rigid joint per area, over that of the cells beside it; dimensionless. Chosen: compliance of the joint against
+/// iterations.
 const RIGID: f64 = 100.0;
-/// Corners nearer than this (m) are one.
+/// Corners nearer than this (m) are one: twice the distance at which faces touch.
 const TOGETHER: f64 = 2e-6;
-/// A motion that is held by less than this share of the firmest is free.
+/// A motion that is held by less than this share of the firmest is free, dimensionless. Chosen above rounding.
 const FREE: f64 = 1e-9;
 
 /// A spring between two places.
@@ -23,7 +24,7 @@ pub struct Spring {
     pub ends: [(u32, f64); 8],
     /// Stiffness along x, y, z, N/m.
     pub stiffness: Matrix3<f64>,
-    /// Where it is, m.
+    /// Place of the spring, m.
     point: [f64; 3],
     /// The grids it joins.
     grids: [usize; 2],
@@ -31,7 +32,7 @@ pub struct Spring {
     holds: Matrix3<f64>,
 }
 
-/// Which grids take part, and how they hold together.
+/// The grids that take part, and the joints that hold them together.
 pub struct Bodies {
     /// A number for all grids that move as one; `None` for grids that take no part.
     body: Vec<Option<usize>>,
@@ -41,7 +42,7 @@ pub struct Bodies {
     pub held: Vec<[bool; 3]>,
 }
 
-/// What an interface does to movements.
+/// Mechanical kind of an interface.
 fn kind(machine: &Machine, mesh: &Mesh, interface: &Interface) -> JointKind {
     let faces = [interface.a, interface.b].map(|(g, side)| {
         let grid = &mesh.grids[g];
@@ -50,7 +51,7 @@ fn kind(machine: &Machine, mesh: &Mesh, interface: &Interface) -> JointKind {
     machine.contact_between(faces).map_or(JointKind::Glued, |(contact, _)| machine.contacts[contact].joint)
 }
 
-/// Numbers of sets: what is joined has one number, the smallest of its members.
+/// Numbers of sets: joined members have one number, the smallest of them.
 struct Sets(Vec<usize>);
 
 impl Sets {
@@ -68,10 +69,10 @@ impl Sets {
 }
 
 impl Bodies {
-    /// What hangs together with any of these grids. Joins corners that move as one.
+    /// The bodies connected with any of the `wanted` grids. Joins corners that move as one.
     ///
     /// # Errors
-    /// A part of it has no cells to be solved on, or can move freely.
+    /// A connected part can move freely.
     pub fn new(machine: &Machine, mesh: &Mesh, nodes: &mut Nodes<'_>, wanted: &[usize], modulus: &[f64]) -> Result<Self> {
         let kinds: Vec<JointKind> = mesh.interfaces.iter().map(|i| kind(machine, mesh, i)).collect();
         let linked = linked(mesh, &kinds);
@@ -189,7 +190,7 @@ impl Bodies {
         let axis = ["x", "y", "z"][most % 3];
         let how = if most % 6 < 3 { format!("along {axis}") } else { format!("about {axis}") };
         let name = parts.first().copied().unwrap_or_default();
-        let with = if parts.iter().any(|p| *p != name) { " with what is glued to it" } else { "" };
+        let with = if parts.iter().any(|p| *p != name) { " with the parts glued to it" } else { "" };
         Err(Error::input(format!("'{name}'{with} can move freely {how}: nothing holds it there")).at_key("support").help(format!(
             "hold a face: [support.{}] faces = [\"{name}.-z\"], directions = [\"{axis}\"]; or let a sliding joint of it stick by \
                  tangential_stiffness",
@@ -219,7 +220,7 @@ fn rigid(mesh: &Mesh, interface: &Interface, modulus: &[f64]) -> f64 {
     RIGID * 2.0 / (softness(interface.a) + softness(interface.b))
 }
 
-/// Lets the corners of two cells' faces move as one where they are the same; whether they are.
+/// Lets the corners of two cells' faces move as one where they coincide; returns whether they do.
 fn merge(mesh: &Mesh, nodes: &mut Nodes<'_>, interface: &Interface, cells: [usize; 2]) -> bool {
     let [a, b] =
         [(interface.a, cells[0]), (interface.b, cells[1])].map(|((g, side), cell)| nodes.of_face(g, mesh.grids[g].indices(cell), side));
@@ -233,8 +234,8 @@ fn merge(mesh: &Mesh, nodes: &mut Nodes<'_>, interface: &Interface, cells: [usiz
     true
 }
 
-/// Where springs join what two cells share: at the points of Gauss of a rectangle in local coordinates that both grids have, so
-/// that the joint resists being turned out to its edges; else in the middle.
+/// Points at which springs join the area that two cells share: Gauss's points of a rectangle in local coordinates that both grids have,
+/// so that the joint resists being turned out to its edges; otherwise its middle.
 fn points(mesh: &Mesh, interface: &Interface, overlap: &Overlap) -> Vec<[f64; 3]> {
     let [(ga, side), (gb, _)] = [interface.a, interface.b];
     let (a, b) = (&mesh.grids[ga], &mesh.grids[gb]);

@@ -18,7 +18,7 @@ type Inner = SMatrix<f64, 9, 9>;
 type Strain = SMatrix<f64, 6, 24>;
 type InnerStrain = SMatrix<f64, 6, 9>;
 
-/// What a solid does under strain and temperature.
+/// Elastic and thermal constants of a solid.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Solid {
     /// Young's modulus, Pa.
@@ -55,7 +55,7 @@ pub fn shapes(at: [f64; 3]) -> [f64; 8] {
     std::array::from_fn(|i| (0..3).map(|d| (1.0 + corner(i)[d] * at[d]) / 2.0).product())
 }
 
-/// Their derivatives along the brick's own axes.
+/// Derivatives of the shape functions along the brick's own axes.
 fn slopes(at: [f64; 3]) -> [[f64; 3]; 8] {
     std::array::from_fn(|i| {
         let own = corner(i);
@@ -64,7 +64,7 @@ fn slopes(at: [f64; 3]) -> [[f64; 3]; 8] {
     })
 }
 
-/// Rows: own axes; columns: machine axes.
+/// Derivatives of the machine's coordinates along the brick's own axes. Rows: own axes; columns: machine axes.
 fn jacobian(corners: &Corners, at: [f64; 3]) -> Matrix3<f64> {
     let slopes = slopes(at);
     Matrix3::from_fn(|own, d| (0..8).map(|i| slopes[i][own] * corners[i][d]).sum())
@@ -86,7 +86,7 @@ pub fn locate(corners: &Corners, point: [f64; 3]) -> [f64; 3] {
     at.into()
 }
 
-/// Columns of strain for a slope along the machine's axes of what moves along each of them.
+/// Columns of strain for a displacement along each of the machine's axes, from the slope of its shape function.
 fn strain_of<const N: usize>(columns: &mut SMatrix<f64, 6, N>, first: usize, slope: Vector3<f64>) {
     let [x, y, z] = slope.into();
     for (axis, column) in [[x, 0.0, 0.0, y, 0.0, z], [0.0, y, 0.0, x, z, 0.0], [0.0, 0.0, z, 0.0, y, x]].into_iter().enumerate() {
@@ -97,7 +97,7 @@ fn strain_of<const N: usize>(columns: &mut SMatrix<f64, 6, N>, first: usize, slo
 /// Stiffness and expansion of a brick.
 ///
 /// # Errors
-/// It is flat or inside out.
+/// The brick is flat or inside out.
 pub fn brick(corners: &Corners, solid: &Solid) -> Result<(Stiffness, Expansion)> {
     let flat = || Error::numerics("a cell has no volume").help("check the sizes of the blocks, or use fewer cells");
     let middle = jacobian(corners, [0.0; 3]);
@@ -116,7 +116,7 @@ pub fn brick(corners: &Corners, solid: &Solid) -> Result<(Stiffness, Expansion)>
         for (corner, slope) in slopes(at).into_iter().enumerate() {
             strain_of(&mut strain, 3 * corner, inverse * Vector3::from(slope));
         }
-        // Of the modes 1 - t², one along each own axis, whose mean slope the correction makes zero.
+        // Modes 1 - t², one along each own axis; the correction makes their mean slope zero.
         for (axis, own) in at.into_iter().enumerate() {
             let slope = middle_inverse.column(axis) * (-2.0 * own * middle_volume / volume);
             strain_of(&mut inner_strain, 3 * axis, slope);
@@ -138,6 +138,7 @@ pub fn brick(corners: &Corners, solid: &Solid) -> Result<(Stiffness, Expansion)>
 mod tests {
     use super::*;
 
+    /// A steel for the tests.
     const STEEL: Solid = Solid { modulus: 210e9, poisson: 0.3, expansion: 12e-6 };
 
     /// A brick of no particular shape.

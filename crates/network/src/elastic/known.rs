@@ -1,5 +1,5 @@
-//! Weights of the structures solved last. Diagnosis, sensitivities and uncertain numbers build a network anew for every number
-//! they change; hardly any of these numbers is one of the structure. Nothing depends on it: results are the same without.
+//! Weights of the structures solved last. Diagnosis, sensitivities and uncertain numbers build a network anew for every number they
+//! change; hardly any of these numbers is one of the structure. Results do not depend on this memory.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -7,12 +7,13 @@ use super::Weights;
 use crate::mesh::Mesh;
 use coldplate_describe::machine::{Contact, Face, Machine};
 
-/// Structures that are kept.
+/// Structures that are kept, a count. Chosen: memory against structures solved again.
 const MOST: usize = 8;
 
+/// Keys of the structures that were solved last, with their weights.
 static KNOWN: Mutex<Vec<(String, Arc<Vec<Weights>>)>> = Mutex::new(Vec::new());
 
-/// All that the weights depend on.
+/// Everything that the weights depend on, as text.
 pub(super) fn key(machine: &Machine, mesh: &Mesh) -> String {
     let parts: Vec<_> = machine.parts.iter().map(|p| (&p.name, &p.blocks, &machine.materials[p.material].elastic)).collect();
     let faces = |contact: &Contact| contact.between.map(|place| (place.part(), format!("{place:?}")));
@@ -22,7 +23,7 @@ pub(super) fn key(machine: &Machine, mesh: &Mesh) -> String {
     format!("{parts:?} {joints:?} {held:?} {read:?} {:?} {}", mesh.divisions(), mesh.cells)
 }
 
-/// What was solved for a key, or else what `solve` finds.
+/// The weights known for a key, or else those that `solve` finds.
 pub(super) fn or_solve<E>(key: String, solve: impl FnOnce() -> Result<Vec<Weights>, E>) -> Result<Arc<Vec<Weights>>, E> {
     let known = || KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some((_, weights)) = known().iter().find(|(own, _)| *own == key) {

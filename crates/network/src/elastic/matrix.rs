@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
-/// Rows below which one thread is as fast.
+/// Rows below which one thread is as fast, a count. Chosen.
 const CHUNK: usize = 1024;
 
 /// Stiffness of a structure, N/m. Rows of held directions are those of the unit matrix.
@@ -50,7 +50,7 @@ impl Matrix {
         Self { starts, columns, blocks, inverse: Vec::new() }
     }
 
-    /// Nodes.
+    /// Number of nodes.
     pub fn len(&self) -> usize {
         self.starts.len() - 1
     }

@@ -1,9 +1,9 @@
 //! Thermal displacement: linear thermo-elasticity on the blocks of the machine.
 //!
-//! As long as expansion and stiffness do not depend on temperature, the displacement of a point along a direction is a
-//! weighted sum of the temperatures of the cells. So each displacement sensor costs one elastic solution, when the network
-//! is built: with unit forces at the point and against its counterpart, the displacements everywhere are the forces by which
-//! expansion anywhere moves the point (Maxwell and Betti), and the work of each cell's expansion on them its weight.
+//! If expansion and stiffness do not depend on temperature, the displacement of a point along a direction is a weighted sum of the
+//! temperatures of the cells. Each displacement sensor therefore costs one elastic solution, when the network is built. With unit
+//! forces at the point and against its counterpart, the displacements everywhere are the forces by which expansion anywhere moves the
+//! point (Maxwell and Betti). The weight of a cell is the work of its expansion on these displacements.
 
 mod bodies;
 mod element;
@@ -28,17 +28,18 @@ use matrix::{Field, Matrix};
 use nodes::Nodes;
 use solver::Solver;
 
-/// Corners of cells along an axis of a box of the coarse level; more where there would be too many boxes.
+/// Corners of cells along an axis of a box of the coarse level, a count; more where there would be too many boxes. Chosen: size of the
+/// coarse level against iterations.
 const BOX: usize = 3;
-/// Boxes above which they are made larger.
+/// Most boxes, a count; above it they are made larger. Chosen: cost of the coarse level against iterations.
 const MOST_BOXES: usize = 2500;
 
-/// What a displacement sensor reads of temperatures.
+/// Weights of a displacement sensor over the temperatures of cells.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Weights {
-    /// Displacement of each cell's warming, m/K.
+    /// Displacement per kelvin of each cell's warming, m/K.
     pub cells: Vec<(u32, f64)>,
-    /// Iterations that it took.
+    /// Iterations of the solution.
     pub iterations: usize,
 }
 
@@ -58,12 +59,12 @@ pub fn weights(machine: &Machine, thermal: &Mesh) -> Result<Arc<Vec<Weights>>> {
     })
 }
 
-/// Cells, corners and stiffness of what hangs together with the points whose displacement is asked for.
+/// Cells, corners and stiffness of the blocks connected with the points whose displacement is asked for.
 struct Structure<'a> {
     mesh: &'a Mesh,
     nodes: Nodes<'a>,
     bodies: Bodies,
-    /// What each part is made of; of parts that take no part nothing that counts.
+    /// Material of each part; zero for parts outside the structure.
     solids: Vec<Solid>,
     /// Number in the matrix of each corner; [`ABSENT`] where it takes no part.
     rows: Vec<u32>,
@@ -78,7 +79,7 @@ impl<'a> Structure<'a> {
         let mut nodes = Nodes::new(mesh);
         let points = wanted.iter().flat_map(|d| std::iter::once((d.of, d.line)).chain(d.relative_to.map(|other| (other, d.line))));
         let grids = points.map(|((part, point), line)| grid_at(machine, mesh, part, point, line)).collect::<Result<Vec<_>>>()?;
-        // Of parts that turn out to take part the material is asked for below.
+        // The material of parts that take part is asked for below.
         let moduli: Vec<f64> = machine.parts.iter().map(|p| machine.materials[p.material].elastic.modulus.unwrap_or(1.0)).collect();
         let bodies = Bodies::new(machine, mesh, &mut nodes, &grids, &moduli)?;
         no_imports(machine, mesh, &bodies)?;
@@ -101,7 +102,7 @@ impl<'a> Structure<'a> {
     }
 
     fn weights(&self, thermal: &Mesh, wanted: &[&Displacement]) -> Result<Vec<Weights>> {
-        // What moves against another displacement has its weights with the other sign.
+        // A displacement opposite to another one has its weights with the other sign.
         let is_solved = |i: usize| !wanted[..i].iter().any(|other| is_turned(wanted[i], other));
         let turned = |i: usize| (0..i).find(|j| is_turned(wanted[i], wanted[*j]) && is_solved(*j));
         let own: Vec<Option<Weights>> = (wanted.par_iter().enumerate())
@@ -122,7 +123,7 @@ impl<'a> Structure<'a> {
         Ok((0..wanted.len()).filter_map(of).collect())
     }
 
-    /// Unit forces at the point along its direction, and against it at the point that it is counted from, N.
+    /// Unit forces at the point along its direction, and against it at the counterpart, N.
     fn forces(&self, displacement: &Displacement) -> Field {
         let mut forces = vec![Vector3::zeros(); self.solver.len()];
         let ends = [Some((displacement.of, 1.0)), displacement.relative_to.map(|other| (other, -1.0))];
@@ -144,7 +145,7 @@ impl<'a> Structure<'a> {
         for (g, grid) in self.mesh.grids.iter().enumerate().filter(|(g, _)| self.bodies.has(*g)) {
             let mut corners = vec![0.0; self.nodes.of_grid(g).count()];
             let first = self.nodes.at(g, [0; 3]) as usize;
-            // A grid of boxes has cells of one size: what one does all do.
+            // A grid of boxes has cells of one size: one brick stands for all.
             let shared = self.brick(g, [0; 3]).ok();
             for c in grid.cells() {
                 let own = if is_uniform(grid) { None } else { self.brick(g, c).ok() };
@@ -169,7 +170,7 @@ impl<'a> Structure<'a> {
     }
 }
 
-/// What parts without a part in it are made of.
+/// Material of parts outside the structure: zero.
 const NOTHING: Solid = Solid { modulus: 0.0, poisson: 0.0, expansion: 0.0 };
 
 /// Whether two displacements are of the same points, in opposite senses.
@@ -216,7 +217,7 @@ fn imported(name: &str) -> Error {
         .help("describe it by blocks, or let its contacts have joint = \"open\" where it carries nothing")
 }
 
-/// What a part is made of.
+/// Material of a part.
 fn solid(machine: &Machine, mesh: &Mesh, part: usize) -> Result<Solid> {
     let own = &machine.parts[part];
     if mesh.grids_of(part).any(|(_, grid)| grid.is_spherical()) {
@@ -247,7 +248,7 @@ fn solid(machine: &Machine, mesh: &Mesh, part: usize) -> Result<Solid> {
 struct Numbered {
     /// Row of each corner, or [`ABSENT`].
     rows: Vec<u32>,
-    /// Where each row's corner is, m.
+    /// Place of each row's corner, m.
     points: Vec<[f64; 3]>,
     /// Box of each row.
     boxes: Vec<u32>,

@@ -1,4 +1,4 @@
-//! The corners of a structure's cells: numbers, places, and which of them are one.
+//! The corners of a structure's cells: numbers, places, and corners that are one.
 
 use std::f64::consts::TAU;
 
@@ -8,10 +8,10 @@ use crate::mesh::grid::{Grid, tangents};
 use coldplate_base::error::Result;
 use coldplate_describe::machine::{Machine, Shape, Side};
 
-/// Cells of a full turn: chords then stand for arcs to 0.3 % of the radius.
+/// Cells of a full turn, a count: chords then stand for arcs to 1 - cos(pi/40) = 0.3 % of the radius.
 const TURN: f64 = 40.0;
 
-/// The mesh that displacements are solved on: that of the temperatures, with turns cut finely enough for chords.
+/// The mesh that displacements are solved on: the mesh of the temperatures, with turns cut finely enough for chords.
 ///
 /// # Errors
 /// More cells than can be numbered.
@@ -30,12 +30,12 @@ pub struct Nodes<'a> {
     mesh: &'a Mesh,
     /// First corner of each grid, and one past the last.
     first: Vec<usize>,
-    /// A corner that stands for each corner, which moves as it does: for itself in the end.
+    /// A corner that stands for each corner and moves as it does; a chain of them ends at a corner that stands for itself.
     same: Vec<u32>,
 }
 
 impl<'a> Nodes<'a> {
-    /// All corners, each for itself but on the axis of a solid cylinder.
+    /// All corners, each for itself except on the axis of a solid cylinder.
     pub fn new(mesh: &'a Mesh) -> Self {
         let mut first = vec![0];
         first.extend(mesh.grids.iter().scan(0, |sum, grid| {
@@ -52,7 +52,7 @@ impl<'a> Nodes<'a> {
         nodes
     }
 
-    /// Corners in all.
+    /// Number of corners.
     pub fn len(&self) -> usize {
         self.same.len()
     }
@@ -69,7 +69,7 @@ impl<'a> Nodes<'a> {
         (0..n[0] * n[1] * n[2]).map(move |i| ((self.first[g] + i) as u32, [i % n[0], i / n[0] % n[1], i / (n[0] * n[1])]))
     }
 
-    /// Where a corner is, m.
+    /// Place of a corner, m.
     pub fn place(&self, g: usize, at: [usize; 3]) -> [f64; 3] {
         let grid = &self.mesh.grids[g];
         grid.to_machine([0, 1, 2].map(|d| grid.edges[d][at[d]]))
@@ -80,7 +80,7 @@ impl<'a> Nodes<'a> {
         corners(c).map(|at| self.at(g, at))
     }
 
-    /// Where they are, m.
+    /// Places of the corners of a cell, m.
     pub fn places(&self, g: usize, c: [usize; 3]) -> Corners {
         corners(c).map(|at| self.place(g, at))
     }
@@ -98,7 +98,7 @@ impl<'a> Nodes<'a> {
 
     /// The corners of a cell's face with their weights at a point (m) of it.
     pub fn on_face(&self, g: usize, c: [usize; 3], side: Side, point: [f64; 3]) -> [(u32, f64); 4] {
-        // In the brick's own axes, so that what moves linearly does so here too, where chords stand for arcs.
+        // In the brick's own axes: linear motion stays linear here too, where chords stand for arcs.
         let at = locate(&self.places(g, c), point);
         let [s, t] = tangents(side.axis()).map(|d| f64::midpoint(at[d], 1.0));
         let weights = [(1.0 - s) * (1.0 - t), s * (1.0 - t), (1.0 - s) * t, s * t];

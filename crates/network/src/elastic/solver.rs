@@ -11,11 +11,11 @@ use std::collections::HashMap;
 use super::matrix::{Field, Matrix};
 use coldplate_base::error::{Error, Result};
 
-/// Relative residual aimed at.
+/// Relative residual aimed at, dimensionless. Chosen: digits of displacements against iterations.
 const TOLERANCE: f64 = 1e-10;
-/// Iterations after which a structure counts as not solvable.
+/// Iterations after which a structure counts as not solvable, a count. Chosen.
 const MOST: usize = 5000;
-/// Share of the coarse diagonal that is added to it: boxes whose nodes lie on one line have no sixth motion.
+/// Share of the coarse diagonal that is added to it, dimensionless: boxes whose nodes lie on one line have no sixth motion. Chosen.
 const SLACK: f64 = 1e-9;
 
 /// Rigid motions of a node in its box: three along the axes, three about its centre.
@@ -65,12 +65,12 @@ impl Solver {
         Ok(Self { matrix, motions, held: held.to_vec(), boxes: count, coarse })
     }
 
-    /// Nodes.
+    /// Number of nodes.
     pub fn len(&self) -> usize {
         self.held.len()
     }
 
-    /// Takes away what pulls in held directions, where supports bear it.
+    /// Removes forces in held directions, where supports bear them.
     pub fn free(&self, forces: &mut Field) {
         for (force, held) in forces.iter_mut().zip(&self.held) {
             (0..3).filter(|d| held[*d]).for_each(|d| force[d] = 0.0);
@@ -80,7 +80,7 @@ impl Solver {
     /// Displacements (m) under forces (N); those of held directions are zero.
     ///
     /// # Errors
-    /// It does not converge.
+    /// The iteration does not converge.
     pub fn solve(&self, forces: &Field) -> Result<(Field, usize)> {
         let n = self.matrix.len();
         let zero = || vec![Vector3::zeros(); n];

@@ -7,10 +7,11 @@ use std::f64::consts::FRAC_PI_4;
 
 use super::grid::{Frame, Grid};
 
-/// VTK's numbers of the polyhedra used.
+/// VTK's number of a hexahedron (VTK file formats).
 const HEXAHEDRON: u8 = 12;
+/// VTK's number of a pyramid (VTK file formats).
 const PYRAMID: u8 = 14;
-/// Facets along the edge of the cube that is blown up to a sphere.
+/// Facets along the edge of the cube that is blown up to a sphere, a count. Chosen: roundness against the size of files.
 const FACETS: usize = 6;
 
 /// Points and polyhedra.
@@ -24,9 +25,9 @@ pub struct Drawing {
     pub offsets: Vec<u32>,
     /// VTK type of each polyhedron.
     pub types: Vec<u8>,
-    /// Of each polyhedron: index of the grid, cell in it.
+    /// Index of the grid, and cell in it, of each polyhedron.
     pub owners: Vec<(usize, [usize; 3])>,
-    /// Of each polyhedron: unit vector from the centre of its sphere; zero in boxes and cylinders.
+    /// Unit vector of each polyhedron from the centre of its sphere; zero in boxes and cylinders.
     pub outward: Vec<[f64; 3]>,
 }
 

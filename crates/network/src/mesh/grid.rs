@@ -31,7 +31,7 @@ pub enum Frame {
     Cylindrical {
         /// The axis.
         axis: Axis,
-        /// Where the line crosses the plane normal to it: the two other coordinates in cyclic order, m.
+        /// Point where the line crosses the plane normal to it: the two other coordinates in cyclic order, m.
         centre: [f64; 2],
         /// Whether the turn is complete, so that the last cell in theta touches the first.
         full_turn: bool,
@@ -123,9 +123,8 @@ impl Grid {
         self.edges[d][i + 1] - self.edges[d][i]
     }
 
-    /// Local coordinate the temperature of a cell stands for: the middle. In r of a
-    /// sphere it is where the field that [`Self::half_length`] is exact for has its mean over
-    /// the cell's volume: r² in a ball, 1/r in a shell.
+    /// Local coordinate that the temperature of a cell stands for: the middle. In r of a sphere: the radius at which a field has its
+    /// mean over the cell's volume. The field is r² in a ball and 1/r in a shell, for which [`Self::half_length`] is exact.
     pub fn centre(&self, d: usize, i: usize) -> f64 {
         let (low, high) = (self.edges[d][i], self.edges[d][i + 1]);
         match self.frame {
@@ -335,14 +334,14 @@ impl Grid {
             .collect()
     }
 
-    /// How far along local axis `d` a coordinate `x` is from the middle of an outermost cell on the way to its face, where
-    /// the temperature changes as [`Self::half_length`] has it: 0 in the middle, 1 on the face.
+    /// Position of a coordinate `x` along local axis `d` between the middle of an outermost cell and its face: 0 in the middle, 1 on
+    /// the face. Temperature changes evenly in it, as [`Self::half_length`] has it.
     pub fn share_to_face(&self, d: usize, x: f64, centre: f64, face: f64) -> f64 {
         (self.scale(d, x) - self.scale(d, centre)) / (self.scale(d, face) - self.scale(d, centre))
     }
 
-    /// What the temperature is linear in along local axis `d`: r² in solid cylinders and balls, the logarithm of r in
-    /// tubes, 1/r in shells, else the coordinate.
+    /// Scale in which the temperature is linear along local axis `d`: r² in solid cylinders and balls, the logarithm of r in tubes, 1/r
+    /// in shells, else the coordinate.
     fn scale(&self, d: usize, x: f64) -> f64 {
         match self.frame {
             Frame::Cylindrical { .. } if d == 0 && self.edges[0][0] == 0.0 => x * x,
@@ -359,7 +358,8 @@ impl Grid {
         if self.n(d) == 1 { vec![low] } else { vec![low, high] }
     }
 
-    /// The two cells along `d` between whose centres a local coordinate lies, or beside it, with their weights; a single one has all of it.
+    /// The two cells along `d` between whose centres a local coordinate lies, or beside it, with their weights; a single cell has all
+    /// the weight.
     pub fn between(&self, d: usize, x: f64) -> [(usize, f64); 2] {
         let n = self.n(d);
         if n == 1 {

@@ -8,11 +8,11 @@ use super::grid::Grid;
 /// The hottest place of a part.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hottest {
-    /// Place of the part in the machine.
+    /// Index of the part in the machine.
     pub part: usize,
     /// Temperature of the cell or of the corner of the element, K.
     pub temperature: f64,
-    /// Where it is, m.
+    /// Place of the cell or corner, m.
     pub at: [f64; 3],
 }
 
@@ -31,7 +31,7 @@ impl Mesh {
             let hottest = corners.max_by(|a, b| a.0.total_cmp(&b.0));
             found.extend(hottest.map(|(temperature, at)| Hottest { part: tetra.part, temperature, at }));
         }
-        // Of the blocks of one part the hottest.
+        // One entry for each part: the hottest of its blocks.
         found.sort_by(|a, b| a.part.cmp(&b.part).then(b.temperature.total_cmp(&a.temperature)));
         found.dedup_by_key(|own| own.part);
         found

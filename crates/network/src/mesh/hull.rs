@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use super::Mesh;
 use super::grid::{Frame, Grid};
 
-/// Pieces around a full turn.
+/// Pieces around a full turn, a count. Chosen: roundness against the size of pictures.
 const AROUND: f64 = 36.0;
 
 /// A flat piece of a part's surface.
@@ -26,8 +26,8 @@ pub struct Facet {
 }
 
 impl Mesh {
-    /// The outside of every block and imported part, inner bores included, in at most `most` pieces along a straight edge
-    /// of a block. Faces that touch others are in it too, since what touches them hides them.
+    /// The outside of every block and imported part, inner bores included, in at most `most` pieces along a straight edge of a block.
+    /// Faces that touch others are in it too: their neighbours hide them.
     pub fn hull(&self, most: usize) -> Vec<Facet> {
         let mut facets = Vec::new();
         for (body, grid) in self.grids.iter().enumerate() {

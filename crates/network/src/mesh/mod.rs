@@ -19,7 +19,7 @@ use overlap::{Overlap, overlaps};
 use tetra::Tetra;
 use tetra::touch::{self, Other, Touch};
 
-/// Open share of a face beside an imported part that still counts as rounding.
+/// Open share of a face beside an imported part that still counts as rounding, dimensionless. Chosen: true gaps against slivers.
 const LEAST_OPEN: f64 = 1e-3;
 
 /// Two faces that touch.
@@ -51,7 +51,7 @@ pub struct Mesh {
     pub interfaces: Vec<Interface>,
     /// Imported parts, in the order of the parts.
     pub tetra: Vec<Tetra>,
-    /// Where imported parts touch blocks and each other.
+    /// Touching areas of imported parts with blocks and with each other.
     pub touches: Vec<Touch>,
     /// Element size that was used, m (times each part's own scale).
     pub element_size: f64,
@@ -64,7 +64,7 @@ impl Mesh {
     /// keep their elements and are not counted.
     ///
     /// # Errors
-    /// No part has a block, or the target is beyond what 32-bit numbering holds.
+    /// The target is zero, or more than 1e9 cells, the limit of the numbering.
     pub fn with_cells(machine: &Machine, target: usize) -> Result<Self> {
         Self::with_size(machine, Self::size_for(machine, target)?)
     }
@@ -72,7 +72,7 @@ impl Mesh {
     /// The element size (m) of a mesh of about `target` cells.
     ///
     /// # Errors
-    /// As [`Mesh::with_cells`].
+    /// Errors of [`Mesh::with_cells`].
     pub fn size_for(machine: &Machine, target: usize) -> Result<f64> {
         if target > 1_000_000_000 {
             return Err(Error::input("more cells than can be numbered").at_key("cells").read(target).help("ask for at most 1e9 cells"));
@@ -228,8 +228,8 @@ impl Mesh {
             .collect()
     }
 
-    /// Every cell of a machine face, open or not: (grid, cell indices, area m²). A face of a whole
-    /// part leaves out what is joined to other blocks of the same part.
+    /// Every cell of a machine face, open or not: (grid, cell indices, area m²). A face of a whole part leaves out areas joined to
+    /// other blocks of this part.
     pub fn face_cells(&self, face: Face) -> Vec<(usize, [usize; 3], f64)> {
         let mut found = Vec::new();
         for (i, g) in self.grids_of(face.part).filter(|(_, g)| face.block.is_none_or(|b| b == g.block)) {
@@ -284,7 +284,7 @@ pub fn bounds(shape: &Shape) -> ([f64; 3], [f64; 3]) {
     }
 }
 
-/// Where imported parts touch blocks and each other.
+/// Touching areas of imported parts with blocks and with each other.
 fn find_touches(machine: &Machine, mesh: &Mesh) -> Vec<Touch> {
     let mut found = Vec::new();
     let mut push = |tetra: usize, other: Other, pieces: Vec<touch::Piece>| {

@@ -1,11 +1,11 @@
-//! Where faces of two grids touch: the exact area each pair of cells shares.
+//! Touching faces of two grids: the exact area that each pair of cells shares.
 
 use std::f64::consts::TAU;
 
 use super::grid::{Frame, Grid, tangents};
 use coldplate_describe::machine::{Axis, Side};
 
-/// Faces closer than this (m) touch.
+/// Faces closer than this touch, m. Chosen: gaps against rounding of coordinates.
 pub const TOUCHING: f64 = 1e-6;
 
 /// A pair of cells and the area they share.
@@ -34,7 +34,7 @@ fn intervals(a: &[f64], b: &[f64], shift: f64) -> Vec<(usize, usize, f64, f64)> 
     found
 }
 
-/// As [`intervals`], for angles: the second list is also tried one turn earlier and later.
+/// Overlaps of two lists of angles (rad), in the form of [`intervals`]: the second list is also tried one turn earlier and later.
 fn angles(a: &[f64], b: &[f64]) -> Vec<(usize, usize, f64, f64)> {
     [-TAU, 0.0, TAU].iter().flat_map(|shift| intervals(a, b, *shift)).collect()
 }
@@ -221,9 +221,10 @@ fn in_plane(axis: Axis, [u, v]: [f64; 2], plane: f64) -> [f64; 3] {
     point
 }
 
-/// Shares of cell `c`'s end face that fall on the cells of another cylinder's end, by 16 x 16 equal-area points:
-/// cell, share, and the centre of what they share in the plane.
+/// Shares of cell `c`'s end face that fall on the cells of another cylinder's end, by 16 x 16 equal-area points: cell, share, and the
+/// centre of the shared area in the plane.
 fn scatter(a: &Grid, c: [usize; 3], b: &Grid, side_b: Side) -> Vec<(usize, f64, [f64; 2])> {
+    // Points along radius and along angle, a count. Chosen: error of the shares against time.
     const N: usize = 16;
     let (ri, ro) = (a.edges[0][c[0]], a.edges[0][c[0] + 1]);
     let mut shares: Vec<(usize, f64, [f64; 2])> = Vec::new();

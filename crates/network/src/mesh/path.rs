@@ -14,9 +14,9 @@ use super::grid::Frame;
 use coldplate_base::error::{Error, Result};
 use coldplate_describe::machine::{Channel, Side};
 
-/// Points on a ring around the channel's axis.
+/// Points on a ring around the channel's axis, a count. Chosen: error of the shares of cells against time.
 const RING: usize = 12;
-/// Rings on a piece of a channel.
+/// Rings on a piece of a channel, a count. Chosen: error of the shares of cells against time.
 const RINGS: usize = 4;
 
 /// A piece of the channel with one film coefficient.
@@ -37,15 +37,15 @@ pub struct Station {
 /// A straight piece of a channel, about one cell long.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Piece {
-    /// Where the leg of the path begins that it is cut from, m.
+    /// Beginning of the leg of the path that it is cut from, m.
     start: [f64; 3],
-    /// From there to the leg's end, m.
+    /// Vector from there to the leg's end, m.
     along: [f64; 3],
     /// Shares of the leg between which it lies.
     span: (f64, f64),
     /// Unit vector along it.
     pub direction: [f64; 3],
-    /// As long as it is drawn, m.
+    /// Length as drawn, m.
     pub length: f64,
 }
 

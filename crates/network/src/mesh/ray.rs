@@ -7,7 +7,7 @@ use super::grid::Frame;
 use coldplate_base::vector::{cross, dot, minus};
 use coldplate_describe::machine::{Shape, Side};
 
-/// Solids in a leaf of the tree.
+/// Most solids in a leaf of the tree, a count. Chosen: depth of the tree against tests in a leaf.
 const LEAF: usize = 3;
 
 /// An obstacle of rays.
@@ -28,7 +28,7 @@ impl Solid {
         }
     }
 
-    /// Where a ray from outside meets its surface; of a triangle the side says nothing.
+    /// Side and distance at which a ray from outside meets the surface; for a triangle the side means nothing.
     fn hit(&self, origin: [f64; 3], direction: [f64; 3]) -> Option<(Side, f64)> {
         match self {
             Self::Block(shape) => hit(shape, origin, direction),
@@ -153,7 +153,7 @@ fn meets(node: &Node, origin: [f64; 3], inverse: [f64; 3], reach: f64) -> bool {
     enter <= leave
 }
 
-/// Where a ray from outside a shape meets its surface.
+/// Side and distance at which a ray from outside a shape meets its surface.
 fn hit(shape: &Shape, origin: [f64; 3], direction: [f64; 3]) -> Option<(Side, f64)> {
     match shape {
         Shape::Box { min, max } => box_hit(min, max, origin, direction),

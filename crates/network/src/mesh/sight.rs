@@ -15,11 +15,11 @@ use super::ray::{Scene, Solid};
 use super::{Mesh, bounds};
 use coldplate_describe::machine::{Machine, Side};
 
-/// Independent batches of rays.
+/// Independent batches of rays, a count. Chosen: certainty of the standard error against rays in a batch.
 pub const BATCHES: usize = 16;
-/// Rays start this far from their surface, m.
+/// Distance at which rays start from their surface, m. Chosen below the distance at which faces touch.
 const CLEAR: f64 = 1e-7;
-/// A point of a surface is covered where a block lies this far in front of it, m.
+/// A point of a surface is covered where a block lies this far in front of it, m: twice the distance at which faces touch.
 const COVER: f64 = 2.0 * TOUCHING;
 
 /// A piece of a block's side, in the two local coordinates along it ([`tangents`]).
@@ -122,7 +122,7 @@ impl Owners<'_> {
         in_block || self.mesh.tetra.iter().zip(&self.imported).any(|(tetra, bounds)| near(bounds) && tetra.contains(point))
     }
 
-    /// The surface at a point of a solid of the scene: blocks in the order of the grids, then triangles, of none.
+    /// The surface at a point of a solid of the scene: blocks in the order of the grids; triangles behind them belong to none.
     fn of(&self, solid: usize, side: Side, point: [f64; 3]) -> Option<usize> {
         let known = &self.sides.get(solid)?[side as usize];
         match known.as_slice() {

@@ -12,7 +12,7 @@ use coldplate_base::error::{Error, Result};
 use coldplate_base::units::{Celsius, Kelvin};
 use coldplate_describe::machine::{Machine, Property};
 
-/// VTK's number of a tetrahedron.
+/// VTK's number of a tetrahedron (VTK file formats).
 const TETRAHEDRON: u8 = 10;
 
 /// Writes temperature (degC), heat flux (W/m²), part number and, in the field data, part names.

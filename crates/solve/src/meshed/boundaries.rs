@@ -1,4 +1,4 @@
-//! What the boundaries of a machine prescribe, and where.
+//! Boundaries of a machine: the prescribed quantities, and the areas they act on.
 
 use serde::Serialize;
 
@@ -7,19 +7,19 @@ use coldplate_base::units::celsius;
 use coldplate_describe::machine::{Boundary, BoundaryLaw, Machine};
 use coldplate_network::{BoundaryArea, BoundaryState, Load};
 
-/// A boundary with what it does and the area that it really acts on.
+/// A boundary with its prescribed quantity and the area that it really acts on.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct BoundaryEntry {
     /// Name.
     pub name: String,
-    /// Its faces, as the machine file writes them, or its lumped node.
+    /// Faces of the boundary as the machine file writes them, or its lumped node.
     pub faces: Vec<String>,
-    /// What it prescribes, with the numbers of the condition where one was given.
+    /// Prescribed quantity, with the numbers of the condition if one was given.
     pub prescribes: String,
     /// Open area that it acts on, m².
     #[serde(rename = "area_m2")]
     pub area: f64,
-    /// Share of its faces (of the part of them that it names) that other bodies cover.
+    /// Share of the boundary's faces (or of the named part of them) that other bodies cover.
     pub covered: f64,
 }
 
@@ -40,14 +40,15 @@ pub(super) fn boundaries(model: &MeshedMachine, load: Option<&Load>) -> Vec<Boun
                 None => as_written(&boundary.law),
             },
             area: acting,
-            // What rounding leaves is no cover.
+            // A share within rounding is no cover.
             covered: if share > 1e-9 { share } else { 0.0 },
         }
     };
     machine.boundaries.iter().zip(&model.network.acting).enumerate().map(entry).collect()
 }
 
-/// Boundaries of one kind on one lumped node, where on faces two would contradict each other: each has an area of its own.
+/// Warnings about two boundaries of one kind on one lumped node. Each acts on an area of its own; on a face two such boundaries would
+/// contradict each other.
 pub(super) fn doubled(machine: &Machine) -> Vec<String> {
     let kind = |law: &BoundaryLaw| match law {
         BoundaryLaw::Temperature(_) => "temperatures",

@@ -14,7 +14,7 @@ pub(super) fn check(cells: f64) -> Result<()> {
     memory::free().map_or(Ok(()), |free| check_against(cells, free as f64))
 }
 
-/// The same for a given amount of free memory, bytes.
+/// Refuses a mesh that does not fit into `free` bytes of memory.
 fn check_against(cells: f64, free: f64) -> Result<()> {
     let needed = cells * BYTES_PER_CELL;
     if needed <= free {

@@ -1,5 +1,5 @@
-//! Where a large model starts: at its own solution on a mesh of far fewer cells, which costs a fraction of a step on the fine one and
-//! spares more than one (nested iteration: Brandt, Math. Comp. 31 (1977) 333).
+//! Start of a large model: its own solution on a mesh of far fewer cells, which costs a fraction of a step on the fine one and spares
+//! more than one (nested iteration: Brandt, Math. Comp. 31 (1977) 333).
 
 use rayon::prelude::*;
 
@@ -9,14 +9,18 @@ use coldplate_network::mesh::Mesh;
 use coldplate_network::mesh::grid::Grid;
 use coldplate_network::{Network, Stream};
 
-/// Fewest cells of which a coarser mesh is solved first: fewer are solved as soon.
+/// Fewest cells for which a coarser mesh is solved first, a count. Chosen: smaller models are solved as soon without.
 const WORTH: usize = 500_000;
-/// How much coarser its cells are along each axis, and the least number of cells for each of its own.
+/// Ratio of cell sizes of the coarser mesh along each axis, dimensionless. Chosen: cost of the coarse solution against steps on the
+/// fine mesh (docs/record/speed.md).
 const COARSER: f64 = 4.0;
+/// Least ratio of the numbers of cells, fine over coarse, for a coarse mesh that is used; dimensionless. Chosen: a larger coarse mesh
+/// would cost more than it spares.
 const FEWER: usize = 16;
 
 impl MeshedMachine {
-    /// Temperatures of all nodes (K) from the solution at a condition on a coarser mesh; none where there is none, or it spares nothing.
+    /// Temperatures of all nodes (K) from the solution at a condition on a coarser mesh; `None` if no coarser mesh pays or can be
+    /// solved.
     pub(super) fn start(&self, condition: &Condition) -> Option<Vec<f64>> {
         if self.mesh.cells < WORTH || !self.mesh.tetra.is_empty() {
             return None;
@@ -35,10 +39,10 @@ fn brought_over(coarse: &MeshedMachine, state: &SteadyState, (mesh, network): (&
     for (fine, coarse) in mesh.grids.iter().zip(&coarse.mesh.grids) {
         interpolate(coarse, known, fine, &mut found[fine.first..][..fine.len()]);
     }
-    // Lumped nodes are the same ones.
+    // Lumped nodes are equal on both meshes.
     let nodes = coarse.machine.nodes.len();
     found[mesh.cells..][..nodes].copy_from_slice(&known[coarse.mesh.cells..][..nodes]);
-    // Nodes without capacity lie on what they are joined to, or among all others.
+    // Nodes without capacity take the temperature of a node they are joined to, or the mean of all.
     let first = mesh.cells + nodes;
     let solids = &known[..coarse.network.solids];
     found[first..network.solids].fill(solids.iter().sum::<f64>() / solids.len() as f64);
@@ -55,7 +59,7 @@ fn brought_over(coarse: &MeshedMachine, state: &SteadyState, (mesh, network): (&
     found
 }
 
-/// Linear along each axis of a block.
+/// Interpolates the cells of a block, linearly along each axis.
 fn interpolate(coarse: &Grid, known: &[f64], fine: &Grid, found: &mut [f64]) {
     let axis = |d: usize| -> Vec<[(usize, f64); 2]> { (0..fine.n(d)).map(|i| coarse.between(d, fine.centre(d, i))).collect() };
     let [x, y, z] = [0, 1, 2].map(axis);
@@ -68,7 +72,7 @@ fn interpolate(coarse: &Grid, known: &[f64], fine: &Grid, found: &mut [f64]) {
     });
 }
 
-/// Water at the same ways along the channel.
+/// Water temperatures at equal shares of the channel's length.
 fn water(coarse: &Stream, known: &[f64], fine: &Stream, found: &mut [f64]) {
     let (mut end, mut passed, mut at) = (0.0, 0.0, 0);
     for (k, station) in fine.stations.iter().enumerate() {
@@ -87,8 +91,8 @@ mod tests {
     use coldplate_base::error::Result;
     use coldplate_describe::machine::Machine;
 
-    /// Of machines with links, films, radiation and water: what is brought over is near the solution everywhere, and leads to the one
-    /// that is found from a guess.
+    /// Machines with links, films, radiation and water: the start is near the solution everywhere, and leads to the solution found from
+    /// a guess.
     #[test]
     fn a_coarse_solution_is_near_the_fine_one() -> Result<()> {
         for name in ["five_axis", "spindle", "rig"] {

@@ -9,7 +9,7 @@ use coldplate_describe::machine::{Assumption, Condition};
 use coldplate_network::{EnclosureViews, Load};
 use coldplate_physics::water::water;
 
-/// What a machine file describes.
+/// Description of a machine file.
 #[derive(Debug, Clone, Serialize)]
 #[non_exhaustive]
 #[allow(missing_docs)]
@@ -41,7 +41,7 @@ pub struct MachineRecord<'a> {
     pub flow_for_rise: Option<FlowForRise>,
 }
 
-/// What the surfaces of an enclosure see of each other.
+/// View factors between the surfaces of an enclosure.
 #[derive(Debug, Clone, Serialize)]
 #[allow(missing_docs)]
 pub struct EnclosureRecord<'a> {
@@ -72,12 +72,12 @@ pub struct AssumptionRecord<'a> {
 #[allow(missing_docs)]
 pub struct UncertainRecord {
     pub key: String,
-    /// In `unit`.
+    /// Value, in `unit`.
     pub value: f64,
     pub unit: String,
-    /// In `unit`, kelvin for temperatures.
+    /// Standard deviation, in `unit`; kelvin for temperatures.
     pub standard_deviation: f64,
-    /// Where the file states limits, these, in `unit`.
+    /// Limits that the file states, if any, in `unit`.
     pub limits: Option<[f64; 2]>,
 }
 

@@ -1,4 +1,4 @@
-//! Where the heat of a state comes from and where it goes, by name.
+//! Heat of a state by source and by sink, with names.
 
 use super::{MeshedMachine, SteadyState};
 use crate::routes::{Stop, heat_routes};
@@ -7,9 +7,9 @@ use coldplate_describe::machine::Reading;
 /// Heat by source and by sink, W.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Flows {
-    /// What enters: every source of the machine file.
+    /// Heat that enters: from every source of the machine file.
     pub sources: Vec<(String, f64)>,
-    /// What leaves: the water of every circuit, the chamber wall, residual gas, boundaries and held nodes; negative where
+    /// Heat that leaves: into the water of every circuit, the chamber wall, residual gas, boundaries and held nodes; negative where
     /// heat enters there.
     pub sinks: Vec<(String, f64)>,
 }
@@ -17,20 +17,20 @@ pub struct Flows {
 /// A place that heat comes from or goes to.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Named {
-    /// What it is.
+    /// Kind and index of the place.
     pub stop: Stop,
-    /// What it is called.
+    /// Name of the place.
     pub name: String,
 }
 
 /// Heat from one named place to another.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NamedRoute {
-    /// Where it comes from.
+    /// Place that the heat comes from.
     pub from: Named,
-    /// Where it goes.
+    /// Place that the heat goes to.
     pub to: Named,
-    /// How much, W; positive.
+    /// Heat, W; positive.
     pub watts: f64,
 }
 

@@ -1,4 +1,4 @@
-//! What a machine consists of, counted on its mesh.
+//! Inventory of a machine, counted on its mesh.
 
 use std::collections::BTreeMap;
 
@@ -12,7 +12,7 @@ use coldplate_base::units::{Celsius, Kelvin};
 use coldplate_describe::machine::{Condition, Machine};
 use coldplate_network::Load;
 
-/// Parts, contacts, channels and sources of a model, and what looks wrong about them.
+/// Parts, contacts, channels and sources of a model, and warnings about them.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Inventory {
     /// Parts, then lumped nodes.
@@ -23,7 +23,7 @@ pub struct Inventory {
     pub contacts: Vec<ContactEntry>,
     /// Coolant channels.
     pub channels: Vec<ChannelEntry>,
-    /// What is prescribed on faces.
+    /// Boundaries on faces and on lumped nodes.
     pub boundaries: Vec<BoundaryEntry>,
     /// Heat sources.
     pub sources: Vec<SourceEntry>,
@@ -48,13 +48,13 @@ pub struct PartEntry {
     pub name: String,
     /// Name of its material.
     pub material: String,
-    /// m³
+    /// Volume, m³.
     #[serde(rename = "volume_m3")]
     pub volume: f64,
-    /// kg
+    /// Mass, kg.
     #[serde(rename = "mass_kg")]
     pub mass: f64,
-    /// J/K, at 300 K
+    /// Heat capacity at 300 K, J/K.
     #[serde(rename = "capacity_J_K")]
     pub capacity: f64,
     /// Area that sees the chamber, m².
@@ -94,7 +94,7 @@ pub struct ContactEntry {
     /// True overlap area, m² (the stated one where parts do not touch).
     #[serde(rename = "area_m2")]
     pub area: f64,
-    /// hA, W/K; infinite where bonded.
+    /// Conductance hA, W/K; infinite where bonded.
     #[serde(rename = "hA_W_K")]
     pub conductance: f64,
     /// Whether the machine file names it.
@@ -106,7 +106,7 @@ pub struct ContactEntry {
 pub struct ChannelEntry {
     /// Name.
     pub name: String,
-    /// Its circuit.
+    /// Circuit of the channel.
     pub circuit: String,
     /// Wetted length, m.
     #[serde(rename = "length_m")]
@@ -134,7 +134,7 @@ pub fn source_powers(machine: &Machine, condition: &Condition) -> Result<Vec<f64
     Ok(Load::at(machine, condition)?.powers)
 }
 
-/// Counts what `model` consists of; films and heats at `condition` where one is given.
+/// Counts the parts, contacts, channels and sources of `model`; films and heats at `condition` where one is given.
 ///
 /// # Errors
 /// A formula fails at the condition, or water leaves its property range.
@@ -229,7 +229,7 @@ pub fn inventory(model: &MeshedMachine, condition: Option<&Condition>) -> Result
     Ok(found)
 }
 
-/// Imported meshes, and what is odd about them.
+/// Lists imported meshes, with warnings about their elements.
 fn list_imports(model: &MeshedMachine, found: &mut Inventory) {
     for part in &model.machine.parts {
         let Some(import) = &part.import else { continue };

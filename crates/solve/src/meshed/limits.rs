@@ -14,7 +14,7 @@ pub struct LimitState {
     pub maximum: f64,
     /// Whether value and maximum are readings (absolute temperatures are shown in degC), and not differences of such.
     pub is_absolute: bool,
-    /// What is limited.
+    /// Quantity that is limited.
     pub measurand: Measurand,
 }
 
@@ -24,12 +24,12 @@ impl LimitState {
         if self.is_absolute { self.measurand.shown(value) } else { value }
     }
 
-    /// Unit of that.
+    /// Unit of the limit's value as it is shown.
     pub fn unit(&self) -> &'static str {
         if self.is_absolute { self.measurand.unit() } else { self.measurand.unit_of_differences() }
     }
 
-    /// What is left, K or um; negative where the limit is broken.
+    /// Distance to the limit, K or um; negative where the limit is broken.
     pub fn margin(&self) -> f64 {
         self.maximum - self.value
     }

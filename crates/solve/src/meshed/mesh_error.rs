@@ -1,10 +1,10 @@
-//! What the mesh costs: how far readings may lie from those on an endlessly fine mesh.
+//! Error of the mesh: how far readings may lie from those on an endlessly fine mesh.
 //!
-//! The machine is solved on two coarser meshes, with a half and a third of the cells along each axis: an eighth and a
-//! twenty-seventh of the cells. Where the three readings approach a limit at an order p between 1/2 and 2, the error is
-//! the last difference over r^p - 1 (Richardson), times Roache's safety factor (J. Fluids Eng. 116 (1994) 405). Elsewhere
-//! order 1 is assumed, and the larger of the two differences from the fine mesh counts. The ratio r of cell sizes is what
-//! the numbers of cells give where some blocks could not be cut so coarsely.
+//! The machine is solved on two coarser meshes, with a half and a third of the cells along each axis: an eighth and a twenty-seventh of
+//! the cells. Where the three readings approach a limit at an order p between 1/2 and 2, the error is the last difference over r^p - 1
+//! (Richardson), times Roache's safety factor (J. Fluids Eng. 116 (1994) 405). Elsewhere order 1 is assumed, and the larger of the two
+//! differences from the fine mesh counts. If some blocks could not be cut so coarsely, the ratio r of cell sizes follows from the
+//! numbers of cells.
 
 use serde::Serialize;
 
@@ -14,13 +14,14 @@ use coldplate_describe::machine::Condition;
 use coldplate_describe::machine::{Block, Shape};
 use coldplate_network::mesh::Mesh;
 
-/// How much coarser the cells of the other meshes are along each axis.
+/// Ratios of cell sizes of the two coarser meshes along each axis, dimensionless. Chosen: cost of two further solutions against the
+/// range of the extrapolation.
 const COARSER: [f64; 2] = [2.0, 3.0];
-/// Least ratio of cell sizes from which anything can be learnt.
+/// Least ratio of cell sizes from which an error is estimated, dimensionless. Chosen.
 const LEAST_RATIO: f64 = 1.2;
-/// Safety factor on the extrapolated error.
+/// Safety factor on the extrapolated error, dimensionless: Roache's, see above.
 const SAFETY: f64 = 1.25;
-/// Orders of convergence that are believed.
+/// Orders of convergence that are believed, dimensionless: up to the scheme's second order; the lower end is chosen.
 const ORDERS: std::ops::RangeInclusive<f64> = 0.5..=2.0;
 
 /// Errors of discretisation at one condition.
@@ -32,13 +33,13 @@ pub struct MeshErrors {
     /// Observed order of convergence of each sensor; `None` where none between 1/2 and 2 shows.
     #[serde(skip)]
     pub orders: Vec<Option<f64>>,
-    /// Cells of the coarser meshes it comes from.
+    /// Cells of the coarser meshes that the estimates come from.
     pub cells: [usize; 2],
 }
 
 impl MeshedMachine {
-    /// Estimates what the mesh leaves open in every reading of a state of this model; `None` where its cells cannot be
-    /// coarser: single ones, and imported elements.
+    /// Estimates the error of the mesh in every reading of a state of this model; `None` where its cells cannot be coarser: single
+    /// ones, and imported elements.
     ///
     /// # Errors
     /// A coarser mesh cannot be solved.

@@ -31,29 +31,29 @@ use coldplate_network::{Load, Network};
 pub struct MeshedMachine {
     /// The machine.
     pub machine: Machine,
-    /// Its cells.
+    /// Mesh of the machine.
     pub mesh: Mesh,
-    /// The network they make.
+    /// Network of the machine on this mesh.
     pub network: Network,
-    /// How its cells were chosen, where an accuracy was asked for.
+    /// How the cells were chosen, if an accuracy was asked for.
     pub chosen: Option<ChosenCells>,
 }
 
 impl MeshedMachine {
-    /// Meshes `machine` with about `cells` cells and builds its network. Where `None`, the machine file says how many, or what they may
-    /// leave open at the conditions that the machine is made for ([`Machine::usual_conditions`]).
+    /// Meshes `machine` with about `cells` cells and builds its network. With `None` the machine file states their number, or the error
+    /// that they may leave at the conditions that the machine is made for ([`Machine::usual_conditions`]).
     ///
     /// # Errors
-    /// As [`MeshedMachine::for_conditions`].
+    /// Errors of [`MeshedMachine::for_conditions`].
     pub fn new(machine: Machine, cells: Option<usize>) -> Result<Self> {
         Self::for_conditions(machine, cells, Machine::usual_conditions, &Silent)
     }
 
-    /// The same, where the conditions that count are known.
+    /// Meshes `machine` as [`MeshedMachine::new`] does, with given `conditions` for an accuracy.
     ///
     /// # Errors
-    /// As [`Mesh::with_cells`] and [`Network::build`]; more cells than the free memory holds. Where an accuracy is asked for, as
-    /// [`MeshedMachine::within`] and those of `conditions`.
+    /// Errors of [`Mesh::with_cells`] and [`Network::build`]; more cells than the free memory holds. If an accuracy is asked for,
+    /// errors of [`MeshedMachine::within`] and of `conditions`.
     pub fn for_conditions(
         machine: Machine,
         cells: Option<usize>,
@@ -73,7 +73,7 @@ impl MeshedMachine {
     /// Builds the network of `machine` on a mesh of it.
     ///
     /// # Errors
-    /// As [`Network::build`].
+    /// Errors of [`Network::build`].
     pub fn on(machine: Machine, mesh: Mesh) -> Result<Self> {
         let network = Network::build(&machine, &mesh).map_err(|error| error.in_file(&machine.file))?;
         Ok(Self { machine, mesh, network, chosen: None })
@@ -82,15 +82,15 @@ impl MeshedMachine {
     /// A solver whose setup is shared by every condition; `reference` should resemble them.
     ///
     /// # Errors
-    /// As [`Solver::new`].
+    /// Errors of [`Solver::new`].
     pub fn solver(&self, reference: &Condition) -> Result<Solver<'_>> {
         self.solver_heard(reference, &Silent).map_err(|error| error.in_file(&self.machine.file))
     }
 
-    /// The same, saying how it comes along.
+    /// A solver whose setup is shared by every condition, with reports to `progress`.
     ///
     /// # Errors
-    /// As [`Solver::new`].
+    /// Errors of [`Solver::new`].
     pub fn solver_heard(&self, reference: &Condition, progress: &dyn Progress) -> Result<Solver<'_>> {
         let load = Load::at(&self.machine, reference)?;
         match self.start(reference) {
@@ -102,7 +102,7 @@ impl MeshedMachine {
     /// Solves a single condition; [`MeshedMachine::solver`] and [`MeshedMachine::solve`] share the setup between many.
     ///
     /// # Errors
-    /// As [`MeshedMachine::solver`] and [`MeshedMachine::solve`].
+    /// Errors of [`MeshedMachine::solver`] and [`MeshedMachine::solve`].
     pub fn steady(&self, condition: &Condition) -> Result<SteadyState> {
         self.solve(&self.solver(condition)?, condition)
     }
@@ -110,17 +110,17 @@ impl MeshedMachine {
     /// Solves one condition.
     ///
     /// # Errors
-    /// As [`Load::at`] and [`Solver::steady`].
+    /// Errors of [`Load::at`] and [`Solver::steady`].
     pub fn solve(&self, solver: &Solver<'_>, condition: &Condition) -> Result<SteadyState> {
         let load = Load::at(&self.machine, condition)?;
         let solution = solver.steady(&load)?;
         Ok(SteadyState { load, solution })
     }
 
-    /// The same from temperatures of all nodes (K) that are about `error` (K) from the solution.
+    /// Solves one condition from temperatures of all nodes (K) that are about `error` (K) from the solution.
     ///
     /// # Errors
-    /// As [`Load::at`] and [`Solver::steady_from`].
+    /// Errors of [`Load::at`] and [`Solver::steady_from`].
     pub fn solve_from(&self, solver: &Solver<'_>, condition: &Condition, start: &[f64], error: f64) -> Result<SteadyState> {
         let load = Load::at(&self.machine, condition)?;
         let solution = solver.steady_from(&load, start, error)?;
@@ -132,7 +132,7 @@ impl MeshedMachine {
         limit_states(&self.machine, &self.read(state), &state.load.variables)
     }
 
-    /// What sensors with a gain or offset of their own show in a state, degC, by name.
+    /// Values (degC) that sensors with a gain or offset of their own show in a state, by name.
     pub fn shown(&self, state: &SteadyState) -> Vec<(String, f64)> {
         let sensors = self.machine.sensors.iter().zip(self.read(state));
         let own = sensors.filter(|(s, t)| s.shows.settled(*t) != *t);
@@ -144,7 +144,7 @@ impl MeshedMachine {
         self.network.measurands.iter().zip(self.read(state)).map(|(own, reading)| own.shown(reading)).collect()
     }
 
-    /// The same in K and um.
+    /// Temperatures of the places of all sensors in a state, K, and displacements, um, in the machine's order.
     pub fn read(&self, state: &SteadyState) -> Vec<f64> {
         self.network.sensors.iter().map(|s| s.read(&state.solution.temperatures, &state.load)).collect()
     }

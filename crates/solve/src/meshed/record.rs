@@ -16,9 +16,9 @@ use coldplate_network::BoundaryState;
 #[non_exhaustive]
 #[allow(missing_docs)]
 pub struct SolveRecord {
-    /// Temperatures of the sensors' places, degC: what limits judge.
+    /// Temperatures of the sensors' places, degC; limits are judged by them.
     pub sensors: BTreeMap<String, f64>,
-    /// What sensors with a gain or offset of their own show there, degC; left out where there is none.
+    /// Values that sensors with a gain or offset of their own show there, degC; left out where there is none.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub readings: BTreeMap<String, f64>,
     pub coolant: BTreeMap<String, ChannelRecord>,
@@ -33,7 +33,7 @@ pub struct SolveRecord {
     pub part_to_part: Vec<FlowRecord>,
     /// Boundaries whose laws are outside their ranges.
     pub notes: Vec<String>,
-    /// What the mesh leaves open in every reading, where that was estimated.
+    /// Error of the mesh in every reading, if it was estimated.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mesh: Option<MeshRecord>,
     /// How the cells were chosen, where an accuracy was asked for.
@@ -79,18 +79,18 @@ pub struct BoundaryRecord {
     pub heat_W: f64,
 }
 
-/// What the mesh leaves open.
+/// Error of the mesh.
 #[derive(Debug, Clone, Serialize)]
 #[allow(missing_docs, non_snake_case)]
 pub struct MeshRecord {
     /// Estimated error of each reading, K.
     pub errors_K: BTreeMap<String, f64>,
-    /// The same of each displacement, um.
+    /// Estimated error of each displacement, um.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub errors_um: BTreeMap<String, f64>,
     /// Observed order of convergence; `null` where readings do not approach a limit evenly.
     pub orders: BTreeMap<String, Option<f64>>,
-    /// Cells of the coarser meshes that were solved beside.
+    /// Cells of the two coarser meshes that were solved for the estimate.
     pub cells: [usize; 2],
     pub tolerance_K: f64,
     /// Whether every estimate keeps the tolerance.
@@ -122,22 +122,22 @@ impl MeshRecord {
 pub struct ChosenRecord {
     pub accuracy_K: f64,
     pub cells: usize,
-    /// Estimate of what these leave open in each temperature, at the condition where that is most.
+    /// Estimated error of the mesh in each temperature, at the condition with the largest error.
     pub errors_K: BTreeMap<String, f64>,
-    /// The same of each limit's value.
+    /// Estimated error of the mesh in each limit's value.
     pub limits_K: BTreeMap<String, f64>,
-    /// What cells that the file states for a part leave open beside, by part: not counted.
+    /// Estimated error from cells that the file states for a part, by part; not counted in `errors_K`.
     pub stated_K: BTreeMap<String, f64>,
     /// Cells of the mesh with all lines cut in two, from which the estimates come.
     pub checked_on: usize,
-    /// At how many conditions.
+    /// Number of conditions that keep the accuracy.
     pub conditions: usize,
     /// Cells and largest estimate, K, of every mesh on the way.
     pub rounds: Vec<(usize, f64)>,
 }
 
 impl ChosenRecord {
-    /// Of a model; `None` where its cells were not chosen so.
+    /// Record of a model's cells; `None` if they were not chosen for an accuracy.
     pub fn of(model: &MeshedMachine) -> Option<Self> {
         let chosen = model.chosen.as_ref()?;
         let named = |names: &mut dyn Iterator<Item = &String>, errors: &[Option<f64>]| -> BTreeMap<String, f64> {
@@ -161,7 +161,7 @@ impl ChosenRecord {
 #[allow(missing_docs, non_snake_case)]
 pub struct SurfaceRecord {
     pub surface: String,
-    /// Heat that it gives off.
+    /// Heat that the surface gives off.
     pub heat_W: f64,
 }
 
@@ -175,7 +175,7 @@ pub struct LimitRecord {
     pub margin: f64,
 }
 
-/// Where the heat comes from and goes; positive is into the machine.
+/// The heat balance; positive is into the machine.
 #[derive(Debug, Clone, Serialize)]
 #[allow(missing_docs, non_snake_case)]
 pub struct BalanceRecord {
@@ -197,18 +197,18 @@ pub struct FlowRecord {
     pub heat_W: f64,
 }
 
-/// What it took.
+/// Computing times, s.
 #[derive(Debug, Clone, Serialize)]
 #[allow(missing_docs)]
 pub struct SecondsRecord {
     pub assemble: f64,
     pub solve: f64,
-    /// From the machine file to the result, where that was timed.
+    /// From the machine file to the result, if it was timed.
     pub total: f64,
 }
 
 impl MeshedMachine {
-    /// What is doubtful about each boundary in a state: once, where it first shows.
+    /// Remarks on boundaries whose laws leave their ranges in a state, one for each boundary.
     pub fn boundary_notes(&self, state: &SteadyState) -> Vec<String> {
         let (network, load) = (&self.network, &state.load);
         let note = |(b, at): (usize, &BoundaryState)| {

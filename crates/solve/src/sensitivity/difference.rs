@@ -1,4 +1,4 @@
-//! dR/dp at fixed temperatures, by differences of the residual, and what else depends on p directly.
+//! dR/dp at fixed temperatures, by differences of the residual, and other direct dependences on p.
 
 use super::parameter::Parameter;
 use super::study::Study;
@@ -6,10 +6,11 @@ use coldplate_base::error::{Kind, Result};
 use coldplate_describe::machine::Machine;
 use coldplate_network::Network;
 
-/// Differences over one and over two steps that deviate by more than this, relatively, speak of a kink.
+/// Relative deviation of the differences over one and over two steps above which they show a kink, dimensionless. Chosen: kinks against
+/// rounding.
 pub const UNEVEN: f64 = 1e-2;
 
-/// What depends on a parameter directly, per SI unit.
+/// Direct derivatives with respect to a parameter, per SI unit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Partial {
     /// Residual of every node at fixed temperatures, W; nodes that are held move along.
@@ -38,22 +39,22 @@ impl Partial {
     }
 }
 
-/// The machines, and networks where they are others, on either side of a parameter's value: built once, used at every
-/// condition.
+/// Machines, and networks if they differ, on either side of a parameter's value: built once, used at every condition.
 #[derive(Debug, Clone)]
 pub struct Variation {
     /// The parameter.
     pub parameter: Parameter,
-    /// Places in steps, each with what is there; empty for a condition variable.
+    /// Places in steps, each with its machine and network; empty for a condition variable.
     pub(super) samples: Vec<(f64, Machine, Option<Network>)>,
 }
 
-/// Places of a central and of a one-sided difference, in steps.
+/// Places of a central difference, in steps: four points, exact for polynomials of degree four.
 pub(super) const CENTRAL: [f64; 4] = [-2.0, -1.0, 1.0, 2.0];
+/// Places of a one-sided difference, in steps: four points, exact for polynomials of degree three.
 pub(super) const ONE_SIDED: [f64; 4] = [0.0, 1.0, 2.0, 3.0];
 
 impl Study {
-    /// Builds what the derivatives with respect to a parameter need.
+    /// Builds the machines and networks that derivatives with respect to a parameter need.
     ///
     /// # Errors
     /// The machine is not valid on either side of the parameter's value, or has other unknowns there.

@@ -6,11 +6,11 @@
 //! scalar product per parameter). J is exact ([`crate::Tangent`]); dR/dp is a four-point difference of the
 //! residual of the machine read and built anew on the same cells, at fixed temperatures.
 //!
-//! The adjoint field of a reading is its rise per watt put into each node. So it also answers what no parameter of
-//! the file does: what an unknown source, leak or lost contact anywhere would do to every reading ([`Screen`]).
+//! The adjoint field of a reading is its rise per watt put into each node. It therefore also gives the effect of candidates that are no
+//! parameter of the file: an unknown source, leak or lost contact anywhere, on every reading ([`Screen`]).
 //!
 //! ```no_run
-//! use crate::sensitivity::Study;
+//! use coldplate_solve::sensitivity::Study;
 //! let study = Study::read("machines/rig.toml", &[], None)?;
 //! let at = study.at(&study.model.machine.condition(&[])?)?;
 //! let parameters = [study.parameter("contact.motor.conductance")?, study.parameter("coolant_flow")?];

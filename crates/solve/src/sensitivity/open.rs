@@ -1,7 +1,7 @@
-//! All that a machine leaves open, as parameters with a standard deviation each, and the slopes of readings along them.
+//! Uncertain numbers of a machine, as parameters with a standard deviation each, and the slopes of readings along them.
 //!
-//! Three things are open: numbers that the file states as uncertain, factors that several numbers share, and, of every kind, an
-//! assumed factor on all numbers of that kind of which the file states nothing.
+//! There are three kinds of parameters: numbers that the file states as uncertain; factors that several numbers share; and, for every
+//! kind of number, an assumed factor on all numbers of the kind for which the file states nothing.
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -16,16 +16,16 @@ use coldplate_base::error::{Error, Result, did_you_mean};
 use coldplate_describe::machine::{Machine, NumberKind, Shared};
 use coldplate_network::{Load, Network};
 
-/// Relative residual to which a parameter's field is solved; bands have two digits.
+/// Relative residual that a parameter's field is solved to, dimensionless. Chosen: bands have two digits.
 const AIM: f64 = 1e-5;
-/// Largest deviation of a parameter from its value that may be stated, in standard deviations.
+/// Largest deviation of a parameter from its value that may be stated, in standard deviations. Chosen.
 const REACH: f64 = 3.0;
-/// Least share of its value to which a parameter that must stay positive may be brought.
+/// Least share of its value to which a parameter that must stay positive may be brought, dimensionless. Chosen.
 const LEAST: f64 = 0.05;
 
-/// What every such model leaves open where its file says nothing: the standard deviation of a factor on all numbers of a kind.
-/// Correlations of films hold to 10 % for one channel and less for all; shares of a drive's losses are known to 5 %, emissivities
-/// of machined metal to 10 %; bolted joints of the same make differ by 20 %.
+/// Assumed standard deviation of a factor on all numbers of a kind, as a share, for files that state none. Correlations of films hold
+/// to 10 % for one channel and less for all; shares of a drive's losses are known to 5 %, emissivities of machined metal to 10 %;
+/// bolted joints of the same make differ by 20 %.
 pub fn assumed(kind: NumberKind) -> f64 {
     match kind {
         NumberKind::Films => 0.07,
@@ -37,7 +37,7 @@ pub fn assumed(kind: NumberKind) -> f64 {
 
 pub use coldplate_base::terms::{Origin, Scale};
 
-/// What a file states the uncertainty of.
+/// Kinds and things for which a file states an uncertainty.
 #[derive(Default)]
 struct Covered {
     /// Kinds as a whole.
@@ -57,25 +57,25 @@ impl Covered {
     }
 }
 
-/// Something of the machine that is not known for sure.
+/// A number of the machine that is not known for sure.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct OpenParameter {
-    /// Its key in the machine file, or the name of a factor.
+    /// Key in the machine file, or the name of a factor.
     pub name: String,
     /// Unit of its values.
     pub unit: String,
-    /// Its value in the file, in that unit; one for a factor.
+    /// Value in the file, in `unit`; one for a factor.
     pub nominal: f64,
-    /// Its standard deviation, in that unit; kelvin for temperatures.
+    /// Standard deviation, in `unit`; kelvin for temperatures.
     pub deviation: f64,
-    /// Values that may be stated for it.
+    /// Lowest value that may be stated for it, in `unit`.
     pub low: f64,
-    /// See `low`.
+    /// Highest value that may be stated for it, in `unit`.
     pub high: f64,
-    /// How it enters.
+    /// Scale on which the parameter enters.
     #[serde(with = "StoredScale")]
     pub scale: Scale,
-    /// Where its deviation is from.
+    /// Origin of its standard deviation.
     #[serde(with = "StoredOrigin")]
     pub origin: Origin,
     acts: Vec<Act>,
@@ -90,7 +90,7 @@ enum StoredScale {
     Reciprocal,
 }
 
-/// [`Origin`] there.
+/// [`Origin`] in a file of a reduced model.
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "Origin")]
 enum StoredOrigin {
@@ -102,13 +102,13 @@ enum StoredOrigin {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Act {
     way: Way,
-    /// What a standard deviation of the parameter is of it: relative, or SI along a number of the file.
+    /// Change of the number for one standard deviation of the parameter: relative, or SI along a number of the file.
     amount: f64,
 }
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
 enum Way {
-    /// All numbers of a kind, but those of the things of these names.
+    /// All numbers of a kind, except those of the things of these names.
     All(NumberKind, Vec<String>),
     Contact(String),
     Film(usize),
@@ -118,14 +118,14 @@ enum Way {
 }
 
 impl Study {
-    /// All that is open; `with_assumed` says whether that counts of which the file says nothing.
+    /// All uncertain parameters; `with_assumed` adds the assumed factors on numbers for which the file states nothing.
     ///
     /// # Errors
-    /// As [`Study::uncertain`]; a factor names a key that is not there or does not vary continuously.
+    /// Errors of [`Study::uncertain`]; a factor names a key that is not there or does not vary continuously.
     pub fn open_parameters(&self, with_assumed: bool) -> Result<Vec<OpenParameter>> {
         let mut all = Vec::new();
         let mut covered = Covered::default();
-        // How a sensor answers is no part of what the machine's temperatures are.
+        // Properties of sensors do not change the machine's temperatures.
         let is_of_machine = |key: &str| Document::names_in(key).is_none_or(|names| names.first().is_none_or(|first| first != "sensor"));
         for own in self.uncertain()?.into_iter().filter(|own| is_of_machine(&own.parameter.name)) {
             let p = &own.parameter;
@@ -136,7 +136,7 @@ impl Study {
                 Some((low, high)) => (p.shown(low), p.shown(high)),
                 None => (nominal - REACH * deviation, nominal + REACH * deviation),
             };
-            // What is positive stays so.
+            // A positive number stays positive.
             let low = if nominal > 0.0 && !p.dimension.is_absolute() { low.max(LEAST * nominal) } else { low };
             let act = self.act(p, own.deviation)?;
             let (name, unit) = (p.name.clone(), p.unit.clone());
@@ -187,7 +187,7 @@ impl Study {
     /// Correlations of open parameters, as a full matrix.
     ///
     /// # Errors
-    /// A correlation of the file names what is not uncertain, or together they are those of no quantities.
+    /// A correlation of the file names a number that is not uncertain, or the correlations contradict each other.
     pub fn correlations(&self, parameters: &[OpenParameter]) -> Result<Vec<Vec<f64>>> {
         let n = parameters.len();
         let mut all: Vec<Vec<f64>> = (0..n).map(|i| (0..n).map(|j| f64::from(u8::from(i == j))).collect()).collect();
@@ -223,7 +223,7 @@ impl Study {
         OpenParameter { name, unit: "1".into(), nominal: 1.0, deviation, low, high, scale, origin, acts }
     }
 
-    /// Whether there is any number of a kind, but those of the things of some names.
+    /// Whether there is any number of a kind, except those of the things of some names.
     fn has(&self, kind: NumberKind, but: &[String]) -> bool {
         let (machine, network) = (&self.model.machine, &self.model.network);
         let is_meant = |name: &String| !but.contains(name);
@@ -235,7 +235,7 @@ impl Study {
         }
     }
 
-    /// Joints of the contacts of the file, but those of some names.
+    /// Joints of the contacts of the file, except those of some names.
     fn joints_of_contacts(&self, but: &[String]) -> Vec<usize> {
         let (machine, network) = (&self.model.machine, &self.model.network);
         let is_meant = |i: &usize| {
@@ -287,7 +287,7 @@ impl OpenParameter {
         Self { unit: "K".into(), nominal: 0.0, low: -reach, high: reach, scale: Scale::Linear, ..self }
     }
 
-    /// Whether a value of it can be set in a network and its load without making them anew.
+    /// Whether a value of the parameter can be set in a network and its load without making them anew.
     pub fn is_direct(&self) -> bool {
         self.acts.iter().all(|act| !matches!(act.way, Way::Along(_)))
     }
@@ -329,7 +329,7 @@ impl OpenParameter {
     }
 }
 
-/// Surfaces of a network that radiate, but those of the parts and nodes of some names.
+/// Surfaces of a network that radiate, except those of the parts and nodes of some names.
 fn radiating(network: &Network, but: &[String]) -> Vec<usize> {
     let is_meant = |i: &usize| {
         let surface = &network.surfaces[*i];
@@ -343,7 +343,7 @@ impl Derivatives<'_> {
     /// parameter.
     ///
     /// # Errors
-    /// As [`Derivatives::partial_of`] and [`crate::Tangent::solve`].
+    /// Errors of [`Derivatives::partial_of`] and [`crate::Tangent::solve`].
     pub fn along_open(&self, parameters: &[OpenParameter]) -> Result<Vec<Vec<f64>>> {
         let network = &self.study.model.network;
         let targets = self.study.sensors();
@@ -371,7 +371,7 @@ impl Derivatives<'_> {
         Ok((0..targets.len()).map(|s| columns.iter().map(|c| c[s]).collect()).collect())
     }
 
-    /// What one standard deviation of a parameter does at fixed temperatures.
+    /// Direct effect of one standard deviation of a parameter at fixed temperatures.
     fn pull(&self, parameter: &OpenParameter) -> Result<Pull> {
         let (machine, network) = (&self.study.model.machine, &self.study.model.network);
         let screen = self.screen();
@@ -411,8 +411,8 @@ impl Derivatives<'_> {
     }
 }
 
-/// What a parameter changes at fixed temperatures, per standard deviation: the residual of every node, W; the reading of every
-/// sensor and the temperature of every held node, K.
+/// Direct effect of a parameter at fixed temperatures, per standard deviation: on the residual of every node, W; on the reading of
+/// every sensor and the temperature of every held node, K.
 struct Pull {
     residual: Vec<f64>,
     readings: Vec<f64>,

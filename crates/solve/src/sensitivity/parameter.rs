@@ -1,4 +1,4 @@
-//! What can be varied: a condition variable, or a number of the machine file by its dotted key.
+//! Parameters: a condition variable, or a number of the machine file by its dotted key.
 
 use coldplate_base::document::{Document, Leaf, quoted};
 use coldplate_base::error::{Error, Result, did_you_mean};
@@ -6,23 +6,24 @@ use coldplate_base::units::{self, Dimension};
 use coldplate_describe::machine::{Machine, SCHEMA};
 use coldplate_describe::schema::{Form, Unstated};
 
-/// Relative step of differences; with four points the error is near 1e-12 of the slope.
+/// Relative step of differences, dimensionless; with four points the error is near the fourth power, 1e-12 of the slope. Chosen: error
+/// of the difference against rounding.
 const RELATIVE_STEP: f64 = 1e-3;
-/// Step from a value of zero, in the unit of the file.
+/// Step from a value of zero, in the unit of the file. Chosen: small against the unit.
 const ZERO_STEP: f64 = 1e-4;
-/// Step of temperatures, K.
+/// Step of temperatures, K. Chosen: error of the difference against rounding.
 const KELVIN_STEP: f64 = 0.05;
 
-/// What the value of a parameter is.
+/// Kind of a parameter's value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// A condition variable, SI.
     Condition,
     /// A quantity of the file, SI.
     Quantity,
-    /// A factor on a formula, a table or a list; 1 is what the file says.
+    /// A factor on a formula, a table or a list; 1 leaves the file's values.
     Factor,
-    /// A shift of a formula for a temperature, K; 0 is what the file says.
+    /// A shift of a formula for a temperature, K; 0 leaves the file's value.
     Offset,
 }
 
@@ -31,7 +32,7 @@ pub enum Kind {
 pub struct Parameter {
     /// Variable name or dotted key.
     pub name: String,
-    /// What its value is.
+    /// Kind of the value.
     pub kind: Kind,
     /// Value that the file (or, for a condition variable, its default; else 0) gives: SI, kelvin; 1 for a factor, 0 for an
     /// offset.
@@ -50,7 +51,7 @@ pub(super) enum Place {
 }
 
 impl Parameter {
-    /// A parameter by its name; `None` where there is none: nothing like it is looked for.
+    /// A parameter by its name; `None` if there is none, without a search for similar names.
     pub fn known(name: &str, document: &Document, machine: &Machine) -> Option<Self> {
         let is_stated = || matches!(document.leaf(name), Ok(Some(_)));
         let has_default = || default_of(&Document::names_in(name).unwrap_or_default(), document).is_some();
@@ -166,7 +167,7 @@ impl Parameter {
         (!self.dimension.is_absolute() && self.kind != Kind::Offset).then_some(slope * value / 100.0)
     }
 
-    /// Change for one percent more, or for one kelvin where it is a temperature: what parameters are ranked by.
+    /// Change for one percent more, or for one kelvin of a temperature; parameters are ranked by it.
     pub fn importance(&self, slope: f64, value: f64) -> f64 {
         self.per_percent(slope, value).unwrap_or(slope).abs()
     }
@@ -203,7 +204,7 @@ fn default_of(names: &[String], document: &Document) -> Option<Leaf> {
             None => document.leaf(&format!("surfaces.{key}")).ok()?,
         };
     }
-    // What others feed has their flow, temperature and pressure, not the defaults.
+    // A circuit fed by others has their flow, temperature and pressure, not the defaults.
     if let ["circuit", circuit, "flow" | "inlet_temperature" | "pressure"] = names.as_slice()
         && document.leaf(&dotted(&["circuit", circuit, "from"])).ok()?.is_some()
     {
@@ -244,7 +245,7 @@ fn unknown(name: &str, names: &[String], document: &Document, machine: &Machine)
         .at_key(name)
         .in_file(document.file());
     let variables = machine.variables.iter().map(|v| v.name.clone());
-    // Beside what the file holds: what it leaves at its default, in the same table.
+    // Keys of the file, and keys of the named table that are left at their defaults.
     let parents: Vec<&str> = names.iter().map(String::as_str).rev().skip(1).collect::<Vec<_>>().into_iter().rev().collect();
     let table = SCHEMA.find(&parents).and_then(|found| if let Form::Table(table) = found.form { Some(table) } else { None });
     let defaults = table.into_iter().flat_map(|table| table.keys()).filter(|key| key.default_toml().is_some());
@@ -264,7 +265,7 @@ fn number_of(leaf: &Leaf) -> Option<(f64, &str)> {
     }
 }
 
-/// The same kind of leaf with another number in the same unit.
+/// A leaf of this kind with another number in the same unit.
 fn quantity_text(leaf: &Leaf, number: f64, unit: &str) -> Leaf {
     match leaf {
         Leaf::Text(text) if units::quantity(text).is_some_and(|q| text.trim_end().ends_with(q.1)) => {
@@ -275,7 +276,7 @@ fn quantity_text(leaf: &Leaf, number: f64, unit: &str) -> Leaf {
     }
 }
 
-/// A list with every number, or of pairs every second one, times `factor`.
+/// A list with every number times `factor`; of pairs every second one.
 fn scaled(items: &[Leaf], factor: f64) -> Leaf {
     let is_pair = |item: &Leaf| matches!(item, Leaf::List(pair) if pair.len() == 2 && pair.iter().all(|e| number_of(e).is_some()));
     let scale = |leaf: &Leaf| number_of(leaf).map_or(leaf.clone(), |(number, unit)| quantity_text(leaf, number * factor, unit));

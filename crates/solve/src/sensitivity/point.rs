@@ -14,7 +14,7 @@ use coldplate_base::error::{Error, Result};
 use coldplate_describe::machine::{Condition, LimitKind, Machine};
 use coldplate_network::{Load, Network};
 
-/// What is differentiated. Indices are those of the network's sensors and streams and of the machine's limits.
+/// Quantity that is differentiated. Indices are those of the network's sensors and streams and of the machine's limits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Target {
     /// The reading of a sensor.
@@ -69,7 +69,7 @@ impl<'a> Derivatives<'a> {
     /// Takes the derivatives at a solved state. One more exact Newton step brings it to rounding first.
     ///
     /// # Errors
-    /// As [`Tangent::new`] and [`Tangent::solve`].
+    /// Errors of [`Tangent::new`] and [`Tangent::solve`].
     pub fn new(study: &'a Study, condition: &Condition, state: &SteadyState) -> Result<Self> {
         let network = &study.model.network;
         let mut state = state.clone();
@@ -82,7 +82,7 @@ impl<'a> Derivatives<'a> {
     /// Derivatives at temperatures (K, of every node) that need not be in balance, as at an instant of a history.
     ///
     /// # Errors
-    /// As [`Tangent::new`].
+    /// Errors of [`Tangent::new`].
     pub fn at(study: &'a Study, condition: &Condition, temperatures: &[f64]) -> Result<Self> {
         let network = &study.model.network;
         let load = Load::at(&study.model.machine, condition)?;
@@ -111,7 +111,7 @@ impl<'a> Derivatives<'a> {
     /// Derivative of every node's temperature along a parameter, K per SI unit.
     ///
     /// # Errors
-    /// As [`Tangent::solve`].
+    /// Errors of [`Tangent::solve`].
     pub fn field(&self, partial: &Partial) -> Result<Vec<f64>> {
         let right: Vec<f64> = partial.residual.iter().map(|r| -r).collect();
         let mut field = self.tangent.solve(&right)?;
@@ -124,7 +124,7 @@ impl<'a> Derivatives<'a> {
     /// Derivative of a target from a parameter's field, K per SI unit.
     pub fn along(&self, target: Target, partial: &Partial, field: &[f64]) -> f64 {
         let terms = self.terms(target);
-        // What held nodes move by is in the direct part already.
+        // The change of held nodes is in the direct part already.
         let held = |node: u32| self.study.model.network.fixed.iter().any(|(n, _)| *n == node) && !terms.sensors.is_empty();
         let nodes: f64 = terms.nodes.iter().filter(|(n, _)| !held(*n)).map(|(n, w)| w * field[*n as usize]).sum();
         nodes + direct(&terms, partial)
@@ -133,15 +133,15 @@ impl<'a> Derivatives<'a> {
     /// The adjoint field of a target.
     ///
     /// # Errors
-    /// As [`Tangent::solve_transposed`].
+    /// Errors of [`Tangent::solve_transposed`].
     pub fn adjoint(&self, target: Target) -> Result<Adjoint> {
         self.adjoint_by(target, |right| self.tangent.solve_transposed(right))
     }
 
-    /// The same to a relative residual `aim`, where a comparison of causes needs no more.
+    /// The adjoint field of a target to a relative residual `aim`, for a comparison of causes that needs no more.
     ///
     /// # Errors
-    /// As [`Tangent::solve_transposed`].
+    /// Errors of [`Tangent::solve_transposed`].
     pub fn adjoint_within(&self, target: Target, aim: f64) -> Result<Adjoint> {
         self.adjoint_by(target, |right| self.tangent.solve_transposed_within(right, aim))
     }
@@ -164,16 +164,16 @@ impl<'a> Derivatives<'a> {
     /// Derivatives of several targets with respect to several parameters, by whichever of the two ways needs fewer solves.
     ///
     /// # Errors
-    /// As [`Derivatives::partial`], [`Tangent::solve`] and [`Tangent::solve_transposed`].
+    /// Errors of [`Derivatives::partial`], [`Tangent::solve`] and [`Tangent::solve_transposed`].
     pub fn jacobian(&self, targets: &[Target], parameters: &[Parameter]) -> Result<Jacobian> {
         let variations: Vec<Variation> = parameters.par_iter().map(|p| self.study.variation(p)).collect::<Result<_>>()?;
         self.jacobian_of(targets, &variations)
     }
 
-    /// The same from variations built before (for this study), which serve any number of conditions.
+    /// Derivatives of several targets with variations built before (for this study), which serve any number of conditions.
     ///
     /// # Errors
-    /// As [`Derivatives::partial_of`], [`Tangent::solve`] and [`Tangent::solve_transposed`].
+    /// Errors of [`Derivatives::partial_of`], [`Tangent::solve`] and [`Tangent::solve_transposed`].
     pub fn jacobian_of(&self, targets: &[Target], variations: &[Variation]) -> Result<Jacobian> {
         let is_adjoint = targets.len() <= variations.len();
         let adjoints: Vec<Adjoint> =
@@ -196,7 +196,7 @@ impl<'a> Derivatives<'a> {
         })
     }
 
-    /// Derivatives with respect to what is no parameter of the file.
+    /// Derivatives with respect to candidates that are no parameter of the file.
     pub fn screen(&self) -> Screen<'_> {
         Screen::new(&self.study.model.network, &self.state.load, &self.state.solution)
     }
@@ -262,7 +262,7 @@ impl Study {
     /// Solves one condition and takes the derivatives there.
     ///
     /// # Errors
-    /// As [`solve`](crate::meshed::MeshedMachine::solve) and [`Derivatives::new`].
+    /// Errors of [`solve`](crate::meshed::MeshedMachine::solve) and [`Derivatives::new`].
     pub fn at(&self, condition: &Condition) -> Result<Derivatives<'_>> {
         let state = self.model.solve(&self.model.solver(condition)?, condition)?;
         Derivatives::new(self, condition, &state)
@@ -273,12 +273,12 @@ impl Derivatives<'_> {
     /// dR/dp and its companions for one parameter.
     ///
     /// # Errors
-    /// As [`Study::variation`] and [`Derivatives::partial_of`].
+    /// Errors of [`Study::variation`] and [`Derivatives::partial_of`].
     pub fn partial(&self, parameter: &Parameter) -> Result<Partial> {
         self.partial_of(&self.study.variation(parameter)?)
     }
 
-    /// As [`Derivatives::partial`], with what was built before (for this study).
+    /// dR/dp and its companions from a variation built before (for this study).
     ///
     /// # Errors
     /// A formula or the water's properties fail on either side of the parameter's value.
@@ -311,7 +311,7 @@ impl Derivatives<'_> {
             far = zip(f3, f0, |a, b| (a - b) / (4.0 * step));
             best = zip(&near, &far, |n, f| (4.0 * n - f) / 3.0);
         } else {
-            // Differences first: what does not change must come out as zero.
+            // Differences first: an unchanged value must come out as zero.
             let [d1, d2, d3] = [f1, f2, f3].map(|f| zip(f, f0, |f, f0| f - f0));
             let h = places[1] * step;
             near = zip(&d1, &d2, |d1, d2| (4.0 * d1 - d2) / (2.0 * h));

@@ -1,10 +1,10 @@
-//! What a small lasting change does to readings over time: the machine linearised along one of its own histories, in few unknowns.
+//! Response of readings over time to a small lasting change: the machine linearised along one of its own histories, in few unknowns.
 //!
-//! C dT/dt + A(t) T = -f(t) holds for the change of temperatures T that a change f of the residual makes; A is the derivative of
-//! the residual where the history is at t. The fields (A + s C)⁻ᵀ w of the weights w of every sensor, at rates s from none to the
-//! fastest that the readings can show, span a space on which the equations are projected: at each of those rates the projected
-//! machine answers *every* f as the whole one does (Grimme, Krylov projection methods for model reduction, 1997), so that any number
-//! of candidates is followed for the cost of a few dozen linear solves. Energy is projected with itself: what decays goes on decaying.
+//! C dT/dt + A(t) T = -f(t) holds for the change of temperatures T that a change f of the residual makes; A(t) is the derivative of the
+//! residual along the history. The fields (A + s C)⁻ᵀ w of the weights w of every sensor, at rates s from none to the fastest that the
+//! readings can show, span a space on which the equations are projected: at each of those rates the projected machine answers *every* f
+//! as the whole one does (Grimme, Krylov projection methods for model reduction, 1997), so that any number of candidates is followed
+//! for the cost of a few dozen linear solves. Trial and test space are equal, so that decaying solutions stay decaying.
 
 use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::{MatMut, MatRef};
@@ -17,34 +17,36 @@ use coldplate_base::error::{Error, Result};
 use coldplate_describe::machine::Condition;
 use coldplate_network::Load;
 
-/// Least change between two that are kept: in kelvin at any node.
+/// Least change between two moments that are kept: in kelvin at any node. Chosen: number of moments against the error between them.
 const LEAST_APART: f64 = 0.25;
-/// A change of a source or a flow by this share of all heat and of the largest flow counts as a kelvin does.
+/// A change of a source or a flow by this share of all heat or of the largest flow counts as a kelvin does; dimensionless. Chosen.
 const SHARE: f64 = 0.02;
-/// Flows that differ by more than this share have a space of their own.
+/// Relative difference of flows above which moments have a space of their own, dimensionless. Chosen.
 const OTHER_FLOW: f64 = 0.25;
+/// Most spaces for different flows, a count. Chosen: linear solves against accuracy.
 const MOST_SPACES: usize = 4;
-/// Ratio of one rate to the next.
+/// Ratio of one rate to the next, dimensionless. Chosen: linear solves against accuracy between the rates.
 const RATIO: f64 = 4.0;
-/// Relative residual of the fields that span the space.
+/// Relative residual of the fields that span the space, dimensionless. Chosen.
 const FIELD: f64 = 1e-8;
-/// Directions of less energy than this share of a field's own are left out.
+/// Directions of less energy than this share of a field's own are left out, dimensionless. Chosen: size of the space against rounding.
 const LEAST_ENERGY: f64 = 1e-10;
-/// Steps between two moments.
+/// Steps between two moments, a count. Chosen: error in time against cost.
 const STEPS: usize = 4;
-/// Coefficient of the two-stage, L-stable, second-order Runge-Kutta method of Alexander (SIAM J. Numer. Anal. 14 (1977) 1006).
+/// Coefficient, dimensionless, of the two-stage, L-stable, second-order Runge-Kutta method of Alexander (SIAM J. Numer. Anal. 14 (1977)
+/// 1006).
 const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
 
 /// An instant of a history.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Moment {
-    /// s
+    /// Time, s.
     pub time: f64,
     /// The condition.
     pub condition: Condition,
-    /// What it comes to.
+    /// Load at this condition.
     pub load: Load,
-    /// Of every node, K.
+    /// Temperature of every node, K.
     pub temperatures: Vec<f64>,
 }
 
@@ -52,7 +54,7 @@ fn farthest(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()))
 }
 
-/// The instants of a history between which it runs about straight; whatever is seen, never many more than asked for.
+/// The instants of a history between which it runs about straight; never many more than `limit`.
 #[derive(Debug, Clone)]
 pub struct Moments {
     limit: usize,
@@ -64,12 +66,12 @@ pub struct Moments {
 }
 
 impl Moments {
-    /// As many as `limit` and the last ones.
+    /// Keeps as many as `limit`, and the last ones.
     pub fn new(limit: usize) -> Self {
         Self { limit, kept: Vec::new(), last: None, apart: 0.0, most: (0.0, 0.0) }
     }
 
-    /// Looks at the next instant: its time (s), condition, what that comes to, and the temperature of every node, K.
+    /// Looks at the next instant: its time (s), condition, load, and the temperature of every node, K.
     pub fn see(&mut self, time: f64, condition: &Condition, load: &Load, temperatures: &[f64]) {
         let heat = load.powers.iter().map(|p| p.abs()).sum();
         self.most = (self.most.0.max(heat), load.flows.iter().fold(self.most.1, |m, f| m.max(f.abs())));
@@ -83,7 +85,7 @@ impl Moments {
         }
     }
 
-    /// How far two instants are apart, K.
+    /// Distance of two instants, K.
     fn between(&self, a: &Moment, b: &Moment) -> f64 {
         let share = |a: &[f64], b: &[f64], most: f64| if most > 0.0 { farthest(a, b) / (SHARE * most) } else { 0.0 };
         let given = farthest(&a.load.inlets, &b.load.inlets).max(farthest(&a.load.fixed, &b.load.fixed));
@@ -97,7 +99,7 @@ impl Moments {
     fn add(&mut self, now: Moment) {
         let least = self.apart.max(LEAST_APART);
         if self.kept.last().is_none_or(|kept| self.between(kept, &now) > least) {
-            // Where most of the change came at once, it is not spread over the time since the one kept before.
+            // A change that came mostly at once is not spread over the time since the moment kept before.
             let is_own = |last: &Moment| self.between(last, &now) > 0.5 * least && self.kept.last() != Some(last);
             if let Some(last) = self.last.clone().filter(is_own) {
                 self.kept.push(last);
@@ -113,14 +115,14 @@ impl Moments {
         }
     }
 
-    /// Those kept, the last one seen among them.
+    /// The moments kept, the last one seen among them.
     pub fn into_kept(mut self) -> Vec<Moment> {
         self.extend();
         self.kept
     }
 }
 
-/// The space of all that given sensors can see.
+/// The space of all temperature changes that given sensors can see.
 #[derive(Debug, Clone)]
 pub struct Basis {
     size: usize,
@@ -133,10 +135,11 @@ pub struct Basis {
 }
 
 impl Basis {
-    /// For sensors (indices of the network's) about `moments` of histories, for rates (1/s) from the slowest to the fastest of interest.
+    /// A space for sensors (indices of the network's) about `moments` of histories, for rates (1/s) from the slowest to the fastest of
+    /// interest.
     ///
     /// # Errors
-    /// As [`Derivatives::at`] and [`crate::Tangent::solve_transposed`]; nothing to see.
+    /// Errors of [`Derivatives::at`] and [`crate::Tangent::solve_transposed`]; no sensor reads a node that is free to change.
     pub fn new(study: &Study, sensors: &[usize], moments: &[&Moment], (slowest, fastest): (f64, f64)) -> Result<Self> {
         let network = &study.model.network;
         let chosen = by_flow(study, moments)?;
@@ -165,7 +168,7 @@ impl Basis {
             seen.par_iter().map(|right| tangent.solve_transposed_within(right, FIELD)).collect()
         };
         let fields: Vec<Vec<f64>> = pairs.par_iter().map(of).collect::<Result<Vec<_>>>()?.into_iter().flatten().collect();
-        // What a node stores, or answers within the fastest time: the measure in which directions are told apart.
+        // Measure that tells directions apart: capacity, plus conductance over the fastest rate.
         let measure: Vec<f64> = capacity.iter().zip(first.tangent.diagonal()).map(|(c, d)| c + d / fastest).collect();
         let (size, by_node) = orthonormal(&fields, &measure);
         let mut basis = Self { size, by_node, capacity: DMatrix::zeros(size, size), readings: DMatrix::zeros(sensors.len(), size) };
@@ -184,7 +187,7 @@ impl Basis {
         Ok(basis)
     }
 
-    /// Its directions.
+    /// Number of directions.
     pub fn size(&self) -> usize {
         self.size
     }
@@ -220,7 +223,7 @@ impl Basis {
 pub struct Course<'a> {
     basis: &'a Basis,
     start: f64,
-    /// Of the first moment, where the history begins with the steady state.
+    /// Decomposition at the first moment, if the history begins with the steady state.
     rest: Option<PartialPivLu<f64>>,
     steps: Vec<Step>,
 }
@@ -229,7 +232,7 @@ pub struct Course<'a> {
 #[derive(Debug)]
 struct Step {
     moment: usize,
-    /// How far its stages lie on the way to the next moment.
+    /// Places of its stages on the way to the next moment, 0 to 1.
     stages: [f64; 2],
     length: f64,
     end: f64,
@@ -237,7 +240,7 @@ struct Step {
 }
 
 impl<'a> Course<'a> {
-    /// From the projected derivatives at the times of moments; `is_steady` where the history begins with the steady state.
+    /// A history from the projected derivatives at the times of moments; `is_steady` where it begins with the steady state.
     pub fn new(basis: &'a Basis, moments: &[(f64, DMatrix<f64>)], is_steady: bool) -> Self {
         let step = |(i, n): (usize, usize)| {
             let ((from, before), (to, after)) = (&moments[i], &moments[i + 1]);
@@ -254,7 +257,7 @@ impl<'a> Course<'a> {
         Self { basis, start: moments.first().map_or(0.0, |m| m.0), rest, steps }
     }
 
-    /// What disturbances of the residual (at each moment a projected column per disturbance) do to every sensor, K: for each
+    /// Change of every sensor (K) by disturbances of the residual, given at each moment as a projected column per disturbance: for each
     /// disturbance the sensors at the first of `times`, which rise, then at the next.
     pub fn readings(&self, disturbances: &[DMatrix<f64>], times: &[f64]) -> Vec<Vec<f64>> {
         let Some(first) = disturbances.first() else { return Vec::new() };
@@ -293,9 +296,9 @@ impl<'a> Course<'a> {
 }
 
 impl Course<'_> {
-    /// The same the other way round: for each of `moments` what a unit of every component of the projected disturbance there does
-    /// to every sensor, at the first of `times` (which rise), then at the next; a row for each of these readings, K. Many disturbances
-    /// of few readings are followed so: back in time from each reading, once for all of them.
+    /// Change of every sensor (K) per unit of every component of the projected disturbance at each of `moments`: a row for each sensor
+    /// at the first of `times` (which rise), then at the next. Each reading is followed back in time, once for all disturbances, which
+    /// pays for many disturbances of few readings.
     pub fn answers(&self, moments: usize, times: &[f64]) -> Vec<DMatrix<f64>> {
         let (size, sensors) = (self.basis.size, self.basis.readings.nrows());
         let count = times.len() * sensors;
@@ -303,7 +306,7 @@ impl Course<'_> {
         let inverse = |matrix: &PartialPivLu<f64>| solved(matrix, DMatrix::identity(size, size));
         let inverses: Vec<[DMatrix<f64>; 2]> = self.steps.par_iter().map(|step| step.matrices.each_ref().map(inverse)).collect();
         let kappa = (1.0 - GAMMA) / GAMMA;
-        // Derivatives of each reading with respect to the state where the way back has come to; of the later readings alone.
+        // Derivatives of each later reading with respect to the state that the way back has come to.
         let mut along = DMatrix::zeros(count, size);
         let mut first = times.len();
         let seed = |along: &mut DMatrix<f64>, time: usize, weight: f64| {
@@ -377,7 +380,7 @@ fn by_flow<'a>(study: &'a Study, moments: &[&Moment]) -> Result<Vec<Derivatives<
     Ok(chosen)
 }
 
-/// What every node stores, J/K: solids at their temperature, water at the end of each station what the station holds.
+/// Heat capacity of every node, J/K: solids at their temperature; the water of a station at the node at its end.
 fn capacities(at: &Derivatives<'_>) -> Vec<f64> {
     let network = &at.study.model.network;
     let temperatures = &at.state.solution.temperatures;
@@ -393,7 +396,7 @@ fn capacities(at: &Derivatives<'_>) -> Vec<f64> {
     capacity
 }
 
-/// Directions that span the fields, orthonormal in a measure; the number of them, and all of them node by node.
+/// Directions that span the fields, orthonormal in `measure`: their number, and their components node by node.
 fn orthonormal(fields: &[Vec<f64>], measure: &[f64]) -> (usize, Vec<f64>) {
     let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).zip(measure).map(|((a, b), m)| a * b * m).sum() };
     let sizes: Vec<f64> = fields.iter().map(|f| dot(f, f).sqrt().max(1e-300)).collect();
@@ -416,7 +419,8 @@ fn orthonormal(fields: &[Vec<f64>], measure: &[f64]) -> (usize, Vec<f64>) {
 mod tests {
     use super::*;
 
-    /// Back from every reading as forwards with every disturbance: rows before, between and behind the moments, two at one time.
+    /// Following readings back agrees with following disturbances forwards: rows before, between and behind the moments, two at one
+    /// time.
     #[test]
     fn both_ways() {
         let entry = |k: usize| ((k * 7919 + 31) % 97) as f64 / 97.0;

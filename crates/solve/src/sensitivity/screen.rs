@@ -1,4 +1,4 @@
-//! What would happen if: derivatives with respect to what is no number of the machine file, straight from the network.
+//! Derivatives with respect to candidates that are no number of the machine file, straight from the network.
 //!
 //! Each function says how the residual changes, as few (node, W) pairs; with the adjoint fields of all readings at hand a
 //! candidate costs one short scalar product per reading, so thousands can be screened.
@@ -13,9 +13,9 @@ use coldplate_network::surface::{Surface, SurfaceState};
 use coldplate_network::{BoundaryState, Joint, Load, NONE, Network};
 use coldplate_physics::radiation::SIGMA;
 
-/// Relative step of a circuit's flow.
+/// Relative step of a circuit's flow, dimensionless. Chosen: error of the difference against rounding.
 const FLOW_STEP: f64 = 1e-3;
-/// Step of a circuit's inlet temperature, K.
+/// Step of a circuit's inlet temperature, K. Chosen: error of the difference against rounding.
 const INLET_STEP: f64 = 0.05;
 
 /// How the residual, and readings of inlets, change with a candidate.
@@ -34,19 +34,19 @@ impl Disturbance {
         self.direct(inlet) - through
     }
 
-    /// The part of it that goes through no node: what changes the inlet that a sensor reads.
+    /// Part of the derivative that goes through no node: the change of the inlet that a sensor reads.
     pub fn direct(&self, inlet: Option<(usize, f64)>) -> f64 {
         self.inlets.iter().map(|(c, d)| inlet.map_or(0.0, |(circuit, w)| if circuit == *c { w * d } else { 0.0 })).sum()
     }
 
-    /// The same per another unit: everything times a factor.
+    /// This disturbance per another unit: everything times a factor.
     pub fn times(mut self, factor: f64) -> Self {
         self.rows.iter_mut().for_each(|(_, r)| *r *= factor);
         self.inlets.iter_mut().for_each(|(_, d)| *d *= factor);
         self
     }
 
-    /// As the right-hand side of the forward problem: dR/dp of every node.
+    /// Right-hand side of the forward problem: dR/dp of every node.
     pub fn dense(&self, nodes: usize) -> Vec<f64> {
         let mut all = vec![0.0; nodes];
         self.rows.iter().for_each(|(node, r)| all[*node as usize] += r);
@@ -122,7 +122,7 @@ impl<'a> Screen<'a> {
         self.joints_by(joints, |_| 1.0)
     }
 
-    /// The same where each joint's conductance changes by a `weight` of its mean temperature (K) more.
+    /// The contact conductance of some joints, with a relative change of `weight` at each joint's mean temperature (K).
     fn joints_by(&self, joints: impl IntoIterator<Item = usize>, weight: impl Fn(f64) -> f64) -> Disturbance {
         self.disturbance(joints.into_iter().flat_map(|i| {
             let joint = &self.network.joints[i];
@@ -130,7 +130,7 @@ impl<'a> Screen<'a> {
             let (g, whole) = self.conductance(joint);
             let bare = Joint { length_a: 0.0, length_b: 0.0, ..*joint };
             let contact = if joint.contact == NONE { f64::INFINITY } else { self.conductance(&bare).0 };
-            // Pairs of nodes along the faces of an imported mesh have negative areas: both conductances are then.
+            // Pairs of nodes along the faces of an imported mesh have negative areas, so that both conductances are negative.
             let share = if contact != 0.0 && contact.is_finite() { g / contact } else { 0.0 };
             let (ta, tb) = self.network.joint_ends(joint, &self.solution.temperatures);
             let change = whole * share * weight(0.5 * (ta + tb));
@@ -143,12 +143,13 @@ impl<'a> Screen<'a> {
         self.contact_by(name, |_| 1.0)
     }
 
-    /// The same where the conductance changes by a `weight` of each joint's mean temperature (K) more.
+    /// The conductance of a contact, both halves of it included, with a relative change of `weight` at each joint's mean temperature
+    /// (K).
     pub fn contact_by(&self, name: &str, weight: impl Fn(f64) -> f64) -> Disturbance {
         let contacts = &self.network.contacts;
         let of = contacts.iter().find(|g| g.name == name).and_then(|g| g.of);
         let is_own = |c: u32| contacts.get(c as usize).is_some_and(|g| if of.is_some() { g.of == of } else { g.name == name });
-        // Those along faces of imported meshes stand beside the group's own.
+        // Joints along faces of imported meshes stand outside the group's own range.
         let joints = self.network.joints.iter().enumerate().filter(|(_, joint)| is_own(joint.contact));
         self.joints_by(joints.map(|(i, _)| i), weight)
     }
@@ -217,8 +218,8 @@ impl<'a> Screen<'a> {
         }))
     }
 
-    /// New heat through some surfaces on the nodes of this network, whether they are surfaces of it or not: `heat` of a surface and
-    /// its temperature (K), W per unit. What acts on them otherwise stays.
+    /// New heat through some surfaces on the nodes of this network, whether they are surfaces of it or not: `heat` of a surface and its
+    /// temperature (K), W per unit. Everything else that acts on them stays.
     pub fn opened(&self, surfaces: &[Surface], heat: impl Fn(&Surface, f64) -> f64) -> Disturbance {
         self.disturbance(surfaces.iter().map(|surface| {
             let state = surface.state(self.t(surface.node), &self.network.properties, self.load);
@@ -256,7 +257,7 @@ impl<'a> Screen<'a> {
         self.disturbance(rows.chain(self.held_by(index)))
     }
 
-    /// What the neighbours of nodes that a boundary holds (its faces in an enclosure) lose to them; per K of the boundary.
+    /// Residual of the neighbours of nodes that a boundary holds (its faces in an enclosure); per K of the boundary.
     fn held_by(&self, index: u32) -> Vec<(u32, f64)> {
         let (net, temperatures) = (self.network, &self.solution.temperatures);
         let by_this = net.fixed.iter().filter(|(_, fixed)| self.load.boundary_of(*fixed) == Some(index as usize));
@@ -323,7 +324,7 @@ impl<'a> Screen<'a> {
     /// The flow of a circuit, films and split following it; per relative change.
     ///
     /// # Errors
-    /// As [`Network::stream_states`].
+    /// Errors of [`Network::stream_states`].
     pub fn flow(&self, circuit: usize) -> Result<Disturbance> {
         let flow = self.load.flows[circuit];
         self.circuit(circuit, FLOW_STEP, |load, step| load.flows[circuit] = flow * (1.0 + step))
@@ -332,14 +333,14 @@ impl<'a> Screen<'a> {
     /// The inlet temperature of a circuit; per K.
     ///
     /// # Errors
-    /// As [`Network::stream_states`].
+    /// Errors of [`Network::stream_states`].
     pub fn inlet(&self, circuit: usize) -> Result<Disturbance> {
         let inlet = self.load.inlets[circuit];
         let disturbance = self.circuit(circuit, INLET_STEP, |load, step| load.inlets[circuit] = inlet + step)?;
         Ok(Disturbance { inlets: vec![(circuit, 1.0)], ..disturbance })
     }
 
-    /// Four-point difference of the part of the residual that a circuit has, and what it feeds.
+    /// Four-point difference of the residual of a circuit and of the circuits that it feeds.
     fn circuit(&self, c: usize, step: f64, change: impl Fn(&mut Load, f64)) -> Result<Disturbance> {
         let temperatures = &self.solution.temperatures;
         let mut means = vec![(0.0, 0.0); self.network.streams.len()];

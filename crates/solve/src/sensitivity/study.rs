@@ -36,23 +36,23 @@ impl Study {
     /// Reads a machine file, applies `sets` and meshes it with about `cells` cells.
     ///
     /// # Errors
-    /// As [`Machine::read`] and [`MeshedMachine::new`].
+    /// Errors of [`Machine::read`] and [`MeshedMachine::new`].
     pub fn read(path: impl AsRef<Path>, sets: &[(String, String)], cells: Option<usize>) -> Result<Self> {
         Self::new(Document::with_sets(path, sets)?, cells)
     }
 
-    /// From a file that is parsed already.
+    /// A study of a file that is parsed already.
     ///
     /// # Errors
-    /// As [`Study::read`].
+    /// Errors of [`Study::read`].
     pub fn new(document: Document, cells: Option<usize>) -> Result<Self> {
         Self::for_conditions(document, cells, Machine::usual_conditions, &Silent)
     }
 
-    /// The same, where the conditions that count are known; see [`MeshedMachine::for_conditions`].
+    /// A study with given `conditions` for an accuracy; see [`MeshedMachine::for_conditions`].
     ///
     /// # Errors
-    /// As [`Machine::from_document`] and [`MeshedMachine::for_conditions`].
+    /// Errors of [`Machine::from_document`] and [`MeshedMachine::for_conditions`].
     pub fn for_conditions(
         document: Document,
         cells: Option<usize>,
@@ -63,15 +63,15 @@ impl Study {
         Ok(Self { model: MeshedMachine::for_conditions(machine, cells, conditions, progress)?, document, tables: Tables::default() })
     }
 
-    /// The same machine with tables of its steady states solved otherwise.
+    /// This study with tables of its steady states solved as `tables` says.
     pub fn with_tables(self, tables: Tables) -> Self {
         Self { tables, ..self }
     }
 
-    /// The same machine on about `factor` times the cells; where these follow an accuracy, on so many more along every line alike.
+    /// This machine on about `factor` times the cells; cells that follow an accuracy grow by one factor along every line.
     ///
     /// # Errors
-    /// As [`MeshedMachine::new`] and [`MeshedMachine::on`].
+    /// Errors of [`MeshedMachine::new`] and [`MeshedMachine::on`].
     pub fn finer(&self, factor: f64) -> Result<Self> {
         let own = &self.model;
         if own.chosen.is_none() {
@@ -96,18 +96,18 @@ impl Study {
     /// A parameter by its name: a condition variable or a dotted key.
     ///
     /// # Errors
-    /// As [`Parameter::find`].
+    /// Errors of [`Parameter::find`].
     pub fn parameter(&self, name: &str) -> Result<Parameter> {
         Parameter::find(name, &self.document, &self.model.machine)
     }
 
-    /// The same; `None` where there is none.
+    /// A parameter by its name; `None` where there is none.
     pub fn known_parameter(&self, name: &str) -> Option<Parameter> {
         Parameter::known(name, &self.document, &self.model.machine)
     }
 
-    /// What one asks about first: every condition variable, then what the schema calls usual: every contact's
-    /// conductance, every emissivity and every source.
+    /// Usual parameters: every condition variable, then the keys that the schema calls usual (every contact's conductance, every
+    /// emissivity and every source).
     pub fn usual_parameters(&self) -> Vec<Parameter> {
         let variables = self.model.machine.variables.iter().map(|v| v.name.clone());
         let is_usual = |key: &String| schema_key(key).is_some_and(|found| found.key.is_usual);
@@ -118,7 +118,7 @@ impl Study {
     /// The file with other values of some parameters; condition variables are not part of it and are left out.
     ///
     /// # Errors
-    /// As [`Parameter::to_set`] and [`Document::apply_set`].
+    /// Errors of [`Parameter::to_set`] and [`Document::apply_set`].
     pub fn document_with(&self, values: &[(&Parameter, f64)]) -> Result<Document> {
         let mut document = self.document.clone();
         for (parameter, value) in values {
@@ -154,7 +154,7 @@ impl Study {
         }
         let mut machine = Machine::from_document(&document)?;
         let keys: Vec<&str> = sets.iter().map(|(key, _)| key.as_str()).collect();
-        // What the file did not have before may change the network's shape.
+        // A key that the file did not have before may change the network's shape.
         let is_channel = |key: &str| matches!(Reach::of(key, &machine), Reach::Channel(_));
         let is_report = |key: &str| schema_key(key).is_some_and(|found| found.key.reach == schema::Reach::Report);
         let is_known = keys.iter().all(|key| matches!(self.document.leaf(key), Ok(Some(_))) || is_channel(key) || is_report(key));
@@ -170,7 +170,7 @@ impl Study {
         Ok(Self { document, model: MeshedMachine { machine, mesh, network, chosen: self.model.chosen.clone() }, tables: self.tables })
     }
 
-    /// The machine with one value changed, and its network where that is another one.
+    /// The machine with one value changed, and its network if it differs.
     pub(super) fn changed(&self, parameter: &Parameter, value: f64) -> Result<(Machine, Option<Network>)> {
         let mut machine = Machine::from_document(&self.document_with(&[(parameter, value)])?)?;
         let network = match Reach::of(&parameter.name, &self.model.machine) {
@@ -211,8 +211,8 @@ impl Study {
         Some(network)
     }
 
-    /// The mesh of a machine whose blocks or imported parts moved; `None` where they did not. What its surfaces see of each other is
-    /// not kept beside the file, where the views of the file's own geometry are.
+    /// The mesh of a machine whose blocks or imported parts moved; `None` where they did not. View factors of the moved geometry are
+    /// not kept: the cache beside the file has those of the file's own geometry.
     fn moved(&self, machine: &mut Machine) -> Result<Option<Mesh>> {
         let own = &self.model.machine.parts;
         let place = |part: &Part| part.import.as_ref().map(|import| import.at);
@@ -234,20 +234,20 @@ impl Study {
     }
 }
 
-/// What must be made anew when a number of the machine file changes.
+/// Parts of a model that must be made anew when a number of the machine file changes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Reach {
     /// The load alone: heats, flows, temperatures.
     Load,
     /// The law of a contact.
     Contact(usize),
-    /// The factor on a channel's film, or its loss coefficient.
+    /// The factor on a channel's film, its fouling resistance or its loss coefficient.
     Channel(usize),
     /// Anything of the network.
     Network,
 }
 
-/// What the schema says of a dotted key.
+/// Schema entry of a dotted key.
 fn schema_key(key: &str) -> Option<schema::Found> {
     let names = Document::names_in(key)?;
     SCHEMA.find(&names.iter().map(String::as_str).collect::<Vec<_>>())

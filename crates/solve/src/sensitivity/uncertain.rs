@@ -10,16 +10,16 @@ use coldplate_base::units::{Dimension, parse};
 /// A number of a machine file that is uncertain.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UncertainNumber {
-    /// Which.
+    /// The number, as a parameter.
     pub parameter: Parameter,
-    /// Its standard deviation, SI; kelvin for temperatures.
+    /// Standard deviation, SI; kelvin for temperatures.
     pub deviation: f64,
-    /// Where limits were stated, these, SI: every value between them is as probable as any other.
+    /// Limits that were stated, if any, SI: every value between them is as probable as any other.
     pub limits: Option<(f64, f64)>,
 }
 
 impl UncertainNumber {
-    /// As outside programs read it.
+    /// The number as outside programs read it.
     pub fn record(&self) -> UncertainRecord {
         let p = &self.parameter;
         UncertainRecord {
@@ -36,7 +36,7 @@ impl Study {
     /// The numbers that the file states as uncertain, in its order.
     ///
     /// # Errors
-    /// What is stated as uncertain cannot vary continuously, or its deviation is not positive or has another dimension.
+    /// A number stated as uncertain cannot vary continuously, or its deviation is not positive or has another dimension.
     pub fn uncertain(&self) -> Result<Vec<UncertainNumber>> {
         self.document().uncertain().iter().map(|own| self.uncertain_number(own)).collect()
     }

@@ -1,24 +1,24 @@
-//! What the step before tells of the next: where it leads, and how far that may be off.
+//! Extrapolation from the step before: the temperatures it leads to, and the error of a step.
 
 use super::{GAMMA, LOCAL_ERROR, Passing, Transient, TransientState};
 use coldplate_network::Load;
 
-/// Variables and lengths that differ by less than this share are the same: values between two rows are rounded, and so are two even
-/// steps.
+/// Relative difference below which variables and lengths are equal, dimensionless: values between two rows are rounded, and so are two
+/// even steps. Chosen above rounding.
 const SAME: f64 = 1e-9;
 
-/// The step before: what the error of the next one is estimated from.
+/// The step before, from which the error of the next one is estimated.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Before {
-    /// Temperatures at its beginning, K.
+    /// Temperatures at the beginning of the step, K.
     pub temperatures: Vec<f64>,
-    /// The same where its first stage ended, K.
+    /// Temperatures at the end of its first stage, K.
     pub between: Vec<f64>,
-    /// Its length, s.
+    /// Length of the step, s.
     pub length: f64,
-    /// Where it ended, s.
+    /// Time at the end of the step, s.
     pub time: f64,
-    /// The machine's variables there.
+    /// Variables of the machine at the end of the step.
     pub variables: Vec<f64>,
     /// Heat into each solid at its end, W.
     pub flow: Vec<f64>,
@@ -42,7 +42,7 @@ pub fn parabola(share: f64) -> [f64; 3] {
 
 impl TransientState {
     /// Temperatures of all nodes at a time within the step that led here, K: on the parabola through its three states, which is off by
-    /// a quarter of the step's error. Those of water hold where no front passed.
+    /// a quarter of the step's error. Temperatures of water hold if no front passed.
     pub fn within(&self, time: f64) -> Vec<f64> {
         let Some(before) = self.before.as_ref().filter(|before| before.time == self.time && time < self.time) else {
             return self.temperatures.clone();
@@ -107,7 +107,7 @@ impl Transient<'_> {
 mod tests {
     use super::*;
 
-    /// Exact for what bends evenly, wherever in the step.
+    /// Exact for a parabola, anywhere in the step.
     #[test]
     fn a_parabola_through_three_states_is_that_parabola() {
         let course = |share: f64| 3.0 - 2.0 * share + 5.0 * share * share;

@@ -1,4 +1,4 @@
-//! Stages of a network of few nodes, without blocks and water: the same equations, with one dense solve for each Newton step.
+//! Stages of a network of few nodes, without blocks and water, with one dense solve for each Newton step.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -7,31 +7,31 @@ use coldplate_base::error::{Error, Result, Stop};
 use coldplate_network::{ContactFactors, JointState, Load, Network};
 use coldplate_physics::radiation::SIGMA;
 
-/// The share of the heat that passes through which a stage may leave open: Newton's method converges far below it.
+/// Share of the heat passing through that a stage may leave open, dimensionless: Newton's method converges far below it. Chosen.
 const BALANCE: f64 = 1e-10;
-/// Nodes up to which a dense matrix is faster than a hierarchy.
+/// Nodes up to which a dense matrix is faster than a hierarchy, a count. Chosen.
 const MOST_NODES: usize = 40;
 
-/// What the stages of such a network work in.
+/// Work space for the stages of such a network.
 #[derive(Debug)]
 pub(super) struct Lumped {
     /// Heat leaving each node, W, and its derivatives, W/K.
     heat: DVector<f64>,
     slopes: DMatrix<f64>,
-    /// What each storing node would hold without the flow at the end, J.
+    /// Enthalpy of each storing node without the flow at the end, J.
     target: Vec<f64>,
-    /// The joints of a network whose conductances follow no temperature, under the factors on its contacts that they are for.
+    /// States of the joints if no conductance follows temperature, with the contact factors that they hold for.
     joints: Option<(ContactFactors, Vec<JointState>)>,
 }
 
-/// Heat that passes through a network, and what rounding leaves of it, W.
+/// Heat that passes through a network, and the rounding error of its balance, W.
 struct Passing {
     through: f64,
     rounding: f64,
 }
 
 impl Lumped {
-    /// `None` for a network of another kind.
+    /// Work space for a network; `None` if it is not of this kind.
     pub fn of(network: &Network) -> Option<Self> {
         let n = network.nodes;
         let is_small = n <= MOST_NODES && network.blocks.is_empty() && network.streams.is_empty() && network.reaches.is_empty();
@@ -55,7 +55,7 @@ impl Lumped {
             for (i, t) in temperatures.iter().enumerate().filter(|(i, _)| network.capacity[*i] > 0.0) {
                 self.heat[i] += rate * (network.enthalpy(i, *t) - self.target[i]);
                 self.slopes[(i, i)] += rate * network.capacity_at(i, *t);
-                // A temperature is known to its last place, and so is what is stored at it.
+                // A temperature is known to its last place, and so is the heat stored at it.
                 magnitude += network.capacity[i] * t;
             }
             for (node, _) in &network.fixed {
@@ -198,7 +198,7 @@ fn eliminate(matrix: &mut DMatrix<f64>, right: &mut DVector<f64>) -> bool {
 mod tests {
     use super::{DMatrix, DVector, eliminate};
 
-    /// As the library's own factorisation, with rows that must change places; a singular matrix is told.
+    /// Agrees with the library's own factorisation, with rows that must change places; a singular matrix is reported.
     #[test]
     fn elimination() {
         let matrix = DMatrix::from_fn(7, 7, |i, j| if i == j { 0.0 } else { ((3 * i + 5 * j * j) % 11) as f64 - 4.5 });

@@ -1,10 +1,9 @@
 //! Temperatures over time.
 //!
-//! The solids are integrated by TR-BDF2 (Bank et al., IEEE Trans. Electron Devices 32 (1985) 1992; Hosea and
-//! Shampine, Applied Numerical Mathematics 20 (1996) 21): second order, L-stable, both stages with the same
-//! matrix. What is integrated is enthalpy, so that heat is conserved whatever the capacity does. Over each
-//! stage the water moves as parcels along walls held at the stage's own mean (`water`); the heat it brings
-//! counts as one integral. Where nothing changes any more this is the steady state's law.
+//! The solids are integrated by TR-BDF2 (Bank et al., IEEE Trans. Electron Devices 32 (1985) 1992; Hosea and Shampine, Applied
+//! Numerical Mathematics 20 (1996) 21): second order, L-stable, both stages with the same matrix. The integrated quantity is enthalpy,
+//! so that heat is conserved for any course of the capacity. Over each stage the water moves as parcels along walls held at the stage's
+//! own mean (`water`); the heat it brings counts as one integral. In a steady state this becomes the steady state's law.
 
 mod before;
 mod lumped;
@@ -28,25 +27,26 @@ use modes::Modes;
 use parcels::{Parcel, Parcels};
 use stage::{Solved, Stage};
 
-/// Where the first stage ends, as a share of the step: 2 - sqrt 2.
+/// End of the first stage, as a share of the step: 2 - sqrt 2.
 pub const GAMMA: f64 = 0.585_786_437_626_905;
-/// Weight of each stage's own heat flow: gamma / 2, the same in both.
+/// Weight of each stage's own heat flow, dimensionless: gamma / 2 in both.
 pub const OWN: f64 = GAMMA / 2.0;
-/// Weights of the first two heat flows in the whole step: sqrt 2 / 4.
+/// Weights of the first two heat flows in the whole step, dimensionless: sqrt 2 / 4.
 pub const EARLIER: f64 = std::f64::consts::SQRT_2 / 4.0;
-/// Constant of the local error h³ T''': (3 gamma² - 4 gamma + 2) / (12 (2 - gamma)).
+/// Constant of the local error h³ T''', dimensionless: (3 gamma² - 4 gamma + 2) / (12 (2 - gamma)).
 pub const LOCAL_ERROR: f64 = 0.040_440_114_519_881;
-/// Steps between two hierarchies of the preconditioner.
+/// Steps between two hierarchies of the preconditioner, a count. Chosen: setup against iterations.
 const RENEWAL: usize = 100;
+/// Most rejected trials of one step, a count. Chosen: time against runs that are refused.
 const MOST_REJECTIONS: usize = 60;
-/// No step is tried again shorter than this, s: where heat is drawn from a node that has none left no step leads on.
+/// No step is tried again shorter than this, s: no step leads on where heat is drawn from a node that has none left. Chosen.
 const SHORTEST: f64 = 1e-9;
 
-/// A step that is given ends no sooner than this share of what is left.
+/// Ends of given steps that are nearer than this share of the remaining time count as reached, dimensionless. Chosen above rounding.
 const SAME_TIME: f64 = 1e-9;
 
-/// The share of the heat that a step leaves open, unless said otherwise: so little that a run that was taken up again, with another
-/// preconditioner, comes to the same temperatures within 1e-9 K.
+/// Default share of the heat passing through that a step leaves open, dimensionless. Chosen: a run taken up again with another
+/// preconditioner comes to temperatures that agree within 1e-9 K.
 pub const BALANCE: f64 = 1e-10;
 
 /// How accurately to integrate.
@@ -84,23 +84,23 @@ pub struct TransientState {
     /// Heat since the beginning.
     pub energy: Energy,
     /// The step that led here, from which the next one's error is estimated: `None` at the beginning and behind a corner of the
-    /// condition, where slopes of before tell nothing.
+    /// condition, where earlier slopes tell nothing.
     pub before: Option<Before>,
 }
 
-/// Heat that crossed the boundary of the machine and its water, and what is stored, J.
+/// Heat that crossed the boundary of the machine and its water, and stored heat, J.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Energy {
-    /// What entered.
+    /// Heat that entered.
     pub entered: f64,
-    /// What left.
+    /// Heat that left.
     pub left: f64,
-    /// What is stored more than in the beginning.
+    /// Increase of the stored heat since the beginning.
     pub stored: f64,
 }
 
 impl Energy {
-    /// What does not add up, over the largest of the three.
+    /// Error of the balance, entered - left - stored, over the largest of the three.
     pub fn relative(&self) -> f64 {
         let largest = self.entered.max(self.left).max(self.stored.abs());
         if largest > 0.0 { (self.entered - self.left - self.stored).abs() / largest } else { 0.0 }
@@ -119,11 +119,11 @@ pub struct Transient<'a> {
     system: System,
     settings: Settings,
     preconditioner: Option<stage::Preconditioner>,
-    /// What a network of few nodes is solved with instead.
+    /// Dense solver, for a network of few nodes.
     lumped: Option<Lumped>,
-    /// Where states between are not asked for, the modes of a linear network.
+    /// Modes of a linear network, if states between are not asked for.
     strides: Strides,
-    /// The ends of the steps that are to be taken, s, whatever their error; none where it decides.
+    /// Ends of the steps that are to be taken, s, whatever their error; empty where the error decides.
     given: Vec<f64>,
 }
 
@@ -132,17 +132,17 @@ pub struct Transient<'a> {
 enum Strides {
     /// States between are asked for, or the network is not linear.
     No,
-    /// They may, once the modes are known.
+    /// Exact steps are allowed, once the modes are known.
     Wanted,
     Known(Box<Modes>),
 }
 
-/// Heat that enters and leaves the solids and what they touch but water, W.
+/// Heat that enters and leaves the solids and their surroundings other than water, W.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Passing {
-    /// What enters.
+    /// Heat that enters.
     pub entering: f64,
-    /// What leaves.
+    /// Heat that leaves.
     pub leaving: f64,
 }
 
@@ -174,23 +174,23 @@ impl<'a> Transient<'a> {
         Ok(Self { network, system, settings, preconditioner: None, lumped, strides, given })
     }
 
-    /// The same in steps that end at given times, s, ascending, whatever their error: two machines that differ by little are compared
-    /// best in the same ones. A step that cannot be solved is halved; past the last time the error decides again.
+    /// Takes steps that end at given times, s, ascending, whatever their error: two machines that differ by little are compared best in
+    /// equal steps. A step that cannot be solved is halved; past the last time the error decides again.
     #[must_use]
     pub fn in_steps(mut self, ends: Vec<f64>) -> Self {
         self.given = ends;
         self
     }
 
-    /// The same where states between the ends of [`Transient::advance`] are of no interest: a linear network of few nodes takes a
-    /// stretch of straight loads in one exact step.
+    /// Takes a stretch of straight loads in one exact step, for a linear network of few nodes: states between the ends of
+    /// [`Transient::advance`] are of no interest.
     #[must_use]
     pub fn in_strides(mut self) -> Self {
         self.strides = if self.lumped.is_some() { Strides::Wanted } else { Strides::No };
         self
     }
 
-    /// Whether its network is one of few nodes, whose steps cost little.
+    /// Whether the network is one of few nodes, whose steps cost little.
     pub fn is_lumped(&self) -> bool {
         self.lumped.is_some()
     }
@@ -198,7 +198,7 @@ impl<'a> Transient<'a> {
     /// The steady state of `load`, at time zero.
     ///
     /// # Errors
-    /// As [`Solver::new`].
+    /// Errors of [`Solver::new`].
     pub fn from_steady(&self, load: &Load) -> Result<TransientState> {
         let solver = Solver::new(self.network, load)?;
         let solution = solver.steady(load)?;
@@ -260,10 +260,11 @@ impl<'a> Transient<'a> {
         Ok(())
     }
 
-    /// One step that ends at `until` (s) or before it, from the load `now`; the load at its end. As [`Transient::advance`] takes them.
+    /// One step that ends at `until` (s) or before it, from the load `now`; returns the load at its end. Arguments are those of
+    /// [`Transient::advance`].
     ///
     /// # Errors
-    /// As [`Transient::advance`].
+    /// Errors of [`Transient::advance`].
     pub fn towards(&mut self, state: &mut TransientState, until: f64, now: &Load, load: &dyn Fn(f64) -> Result<Load>) -> Result<Load> {
         state.before = state.before.take().filter(|before| before.ended_at(state.time, now));
         if let Some(end) = self.stride(state, until, now, load)? {
@@ -327,7 +328,7 @@ impl<'a> Transient<'a> {
             state.water = next.water;
             state.energy = next.energy;
             state.steps += 1;
-            // The same step as long as it serves: a new one needs a new matrix.
+            // The step stays as long as it serves: a new one needs a new matrix.
             let grown = if growth > 1.2 {
                 h * growth.min(2.5)
             } else if growth < 1.0 {
@@ -393,7 +394,7 @@ impl<'a> Transient<'a> {
             self.preconditioner = Some(stage::Preconditioner::new(network, &self.system, now, &state.temperatures)?);
         }
         let (between, end) = (load(state.time + GAMMA * h)?, load(state.time + h)?);
-        // What carries the water.
+        // Loads in the middle of the stages: their flows carry the water.
         let halfway =
             if network.streams.is_empty() { None } else { Some((load(state.time + 0.5 * GAMMA * h)?, load(state.time + 0.5 * h)?)) };
         let (early, middle) = halfway.as_ref().map_or((&between, &end), |(early, middle)| (early, middle));
@@ -472,11 +473,11 @@ fn area(stream: &Stream) -> f64 {
 /// A step that was taken.
 struct Taken {
     temperatures: Vec<f64>,
-    /// The same where the first stage ended.
+    /// Temperatures at the end of the first stage.
     between: Vec<f64>,
     water: Vec<Parcels>,
     energy: Energy,
-    /// The condition at its end, the heat into each solid (W) and what passes there.
+    /// Load at the end, with the heat into each solid (W) and the heat that passes there.
     load: Load,
     flow: Vec<f64>,
     passing: Passing,

@@ -1,21 +1,21 @@
 //! Linear networks of few nodes, exactly over any time.
 //!
-//! Where conductances, capacities and sources follow no temperature, nothing radiates and no water flows, C dT/dt = -K T + q(t) with a
-//! symmetric K. In the eigenvectors of C^-½ K C^-½ every mode decays by itself, and with heats and given temperatures that run
-//! straight in time its course is elementary (the phi functions of exponential integrators: Hochbruck & Ostermann, Acta Numerica 19
-//! (2010) 209). A stretch of such a log is one step without error, whatever its length.
+//! If conductances, capacities and sources do not follow temperature, nothing radiates and no water flows, C dT/dt = -K T + q(t) with a
+//! symmetric K. In the eigenvectors of C^-½ K C^-½ every mode decays by itself. With heats and given temperatures that run straight in
+//! time its course is elementary (the phi functions of exponential integrators: Hochbruck & Ostermann, Acta Numerica 19 (2010) 209). A
+//! stretch of a log with such loads is one step without error, whatever its length.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::TransientState;
 use coldplate_network::{ContactFactors, Load, Network};
 
-/// What a load may be off a straight line in the middle of a stretch, as a share of itself.
+/// Largest distance of a load from a straight line in the middle of a stretch, as a share of the load. Chosen above rounding.
 const STRAIGHT: f64 = 1e-9;
-/// Below this argument the phi functions are taken from their series.
+/// Argument below which the phi functions are taken from their series, dimensionless. Chosen: cancellation against terms of the series.
 const SERIES: f64 = 1e-2;
 
-/// The modes of a linear network, under the factors on its contacts that they are for.
+/// The modes of a linear network, with the contact factors that they hold for.
 #[derive(Debug)]
 pub(super) struct Modes {
     contacts: ContactFactors,
@@ -27,7 +27,7 @@ pub(super) struct Modes {
     /// Rates of the modes, 1/s, and their vectors.
     rates: DVector<f64>,
     vectors: DMatrix<f64>,
-    /// The last length of a step, s, and what each mode makes of it.
+    /// Length of the last step, s, and the weights of each mode for it.
     known: (f64, Vec<Weights>),
 }
 
@@ -39,7 +39,7 @@ struct Link {
     conductance: f64,
 }
 
-/// What is left of a mode after a step, and the phi functions of its rate times the step's length.
+/// Share of a mode that is left after a step, and the phi functions of its rate times the step's length.
 #[derive(Debug, Clone, Copy)]
 struct Weights {
     left: f64,
@@ -63,7 +63,7 @@ impl Weights {
 }
 
 impl Modes {
-    /// `None` for a network that is not linear.
+    /// Modes of a network at a load; `None` if the network is not linear.
     pub fn of(network: &Network, load: &Load) -> Option<Self> {
         let is_constant = |node: &usize| network.relative_capacity.get(network.group[*node] as usize).is_none_or(|c| c.is_constant());
         let mut fixed = vec![None; network.nodes];
@@ -100,12 +100,12 @@ impl Modes {
         is_sound.then(|| Self { contacts: load.contacts.clone(), nodes, roots, links, rates, vectors, known: (0.0, Vec::new()) })
     }
 
-    /// Whether they hold under a load.
+    /// Whether the modes hold under a load.
     pub fn hold(&self, load: &Load) -> bool {
         self.contacts == load.contacts
     }
 
-    /// Whether heats and given temperatures run straight between two loads, by the one half way.
+    /// Whether heats and given temperatures run straight between two loads, from the load half way.
     pub fn is_straight(begin: &Load, middle: &Load, end: &Load) -> bool {
         let straight = |a: &[f64], m: &[f64], b: &[f64]| {
             a.iter().zip(m).zip(b).all(|((a, m), b)| (0.5 * (a + b) - m).abs() <= STRAIGHT * (a.abs() + b.abs()))
@@ -144,7 +144,7 @@ impl Modes {
         network.fixed.iter().for_each(|(node, index)| state.temperatures[*node as usize] = end.fixed[*index as usize]);
     }
 
-    /// What drives each mode, K (J/K)^½ per second.
+    /// Drive of each mode, K (J/K)^½ per second.
     fn drive(&self, network: &Network, load: &Load) -> DVector<f64> {
         let mut heats = vec![0.0; network.nodes];
         for (source, power) in network.sources.iter().zip(&load.powers) {

@@ -1,4 +1,4 @@
-//! Water as parcels: what lies in a channel, and what flows into and out of it.
+//! Water as parcels: the content of a channel, and the flow into and out of it.
 
 /// Water in a stretch of a channel, its temperature straight from end to end.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -11,20 +11,20 @@ pub struct Parcel {
     pub downstream: f64,
 }
 
-/// What enters or leaves in a share of an interval, its temperature straight over time.
+/// Water that enters or leaves in a share of an interval, its temperature straight over time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Share {
     /// Share of the interval.
     pub share: f64,
-    /// Temperature of what comes first, K.
+    /// Temperature of the water that comes first, K.
     pub first: f64,
-    /// Temperature of what comes last, K.
+    /// Temperature of the water that comes last, K.
     pub last: f64,
 }
 
 /// Parcels from inlet to outlet.
 pub type Parcels = Vec<Parcel>;
-/// What enters or leaves during an interval, in the order of time.
+/// Water that enters or leaves during an interval, in the order of time.
 pub type Flow = Vec<Share>;
 
 impl Parcel {
@@ -33,13 +33,13 @@ impl Parcel {
         Self { volume, upstream: temperature, downstream: temperature }
     }
 
-    /// Its mean temperature, K.
+    /// Mean temperature, K.
     pub fn mean(&self) -> f64 {
         f64::midpoint(self.upstream, self.downstream)
     }
 
-    /// Joined with the one behind it downstream: of their mean, straight between their outer ends, and nowhere beyond what the
-    /// two had.
+    /// This parcel joined with the next one downstream: of their common mean, straight between their outer ends, and within the
+    /// temperatures of both.
     pub(super) fn joined(self, next: Self) -> Self {
         let volume = self.volume + next.volume;
         let mean = (self.volume * self.mean() + next.volume * next.mean()) / volume;
@@ -52,7 +52,7 @@ impl Parcel {
 }
 
 impl Share {
-    /// Its mean temperature, K.
+    /// Mean temperature, K.
     pub fn mean(&self) -> f64 {
         f64::midpoint(self.first, self.last)
     }

@@ -1,15 +1,15 @@
-//! A stream during an interval of constant flow: how far its water goes, and what each place in it passes on its way.
+//! A stream during an interval of constant flow: how far its water goes, and the stations that each place in it passes.
 //!
-//! Along the path of a place in plug flow the temperature is that of the exact solution in each station, whose wall is held at one
+//! Along the path of a place in plug flow the temperature follows the exact solution in each station, whose wall is held at one
 //! temperature.
 
 use super::parcels::{Parcel, Parcels};
 use coldplate_network::StreamState;
 use coldplate_network::stream::Stream;
 
-/// Parcels of one stream never become more than this many per station.
+/// Most parcels of one stream per station, a count. Chosen: sharpness of fronts against cost.
 const MOST_PER_STATION: usize = 4;
-/// Distances below this share of what water there is and what moves are rounding.
+/// Distances below this share of the water in the stream and the water that moves are rounding, dimensionless. Chosen.
 const ROUNDING: f64 = 1e-12;
 
 /// A stream during an interval of constant flow.
@@ -41,7 +41,7 @@ pub(super) struct Part {
     pub station: u32,
     /// Share of the difference to the wall that is given off in it.
     pub given: f64,
-    /// What dissipation adds in it, K.
+    /// Temperature rise by dissipation in it, K.
     pub warmed: f64,
 }
 
@@ -50,11 +50,11 @@ pub(super) struct Part {
 pub(super) struct Way {
     /// The rest of the station it stands in.
     pub begin: Option<Part>,
-    /// The first station that it passes whole, the one behind the last of these, and the share of a difference left behind them.
+    /// First station that it passes whole, the station behind the last of these, and the share of a difference left behind them.
     pub from: u32,
     pub until: u32,
     pub passed: f64,
-    /// The part of the one it comes to stand in.
+    /// The part of the station in which it comes to stand.
     pub end: Option<Part>,
 }
 
@@ -74,8 +74,8 @@ impl Passage {
         Self::of(capacity, state.conductance.clone(), dissipation, [state.capacity_rate, duration, state.volumetric_capacity])
     }
 
-    /// From the capacity (J/K), the conductance to the wall (W/K) and the dissipation (W) of each station; capacity rate (W/K),
-    /// duration (s) and capacity of a cubic metre (J/(m³ K)).
+    /// A stream from the capacity (J/K), the conductance to the wall (W/K) and the dissipation (W) of each station; capacity rate
+    /// (W/K), duration (s) and capacity of a cubic metre (J/(m³ K)).
     pub fn of(capacity: Vec<f64>, conductance: Vec<f64>, dissipation: Vec<f64>, [rate, duration, volumetric]: [f64; 3]) -> Self {
         let mut sum = 0.0;
         let ends = capacity
@@ -92,12 +92,12 @@ impl Passage {
         Self { capacity, ends, conductance, dissipation, left, units, rate, duration, volumetric }
     }
 
-    /// The same without dissipation.
+    /// This passage without dissipation.
     pub fn calm(&self) -> Self {
         Self { dissipation: vec![0.0; self.dissipation.len()], ..self.clone() }
     }
 
-    /// Stations.
+    /// Number of stations.
     pub fn stations(&self) -> usize {
         self.capacity.len()
     }
@@ -117,20 +117,20 @@ impl Passage {
         self.ends.last().copied().unwrap_or(0.0)
     }
 
-    /// Distances below this are rounding, J/K.
+    /// Distance below which all is rounding, J/K.
     pub fn tiny(&self) -> f64 {
         ROUNDING * (self.content() + self.moved())
     }
 
-    /// What dissipation adds to water that passes a whole station, K.
+    /// Temperature rise by dissipation of water that passes a whole station, K.
     pub fn warmed(&self, station: usize) -> f64 {
         if self.rate > 0.0 { self.dissipation[station] / self.rate } else { 0.0 }
     }
 
-    /// The next place downstream of `start` where a piece must end: a station's end, or what reaches one.
+    /// The next place downstream of `start` where a piece must end: a station's end, or a place that reaches one in the interval.
     pub fn next_cut(&self, start: f64, near: &mut Nearest) -> f64 {
         let (content, moved, tiny) = (self.content(), self.moved(), self.tiny());
-        // Water that passes all stations within the interval sees the same wherever it starts.
+        // Water that passes all stations within the interval sees all of them wherever it starts.
         let after = |x: f64, near: &mut usize| {
             if x < -tiny {
                 return 0.0;
@@ -143,7 +143,7 @@ impl Passage {
         after(start, &mut near.start).min(by_end).max(start + tiny)
     }
 
-    /// The way of what stands at `start`, of flowing water.
+    /// The way of flowing water from `start`.
     pub fn way(&self, start: f64, near: &mut Nearest) -> Way {
         let (at, to) = (start.max(0.0), (start + self.moved()).min(self.content()));
         let first = passed(&self.ends, at, &mut near.start);
@@ -170,7 +170,7 @@ impl Passage {
         Way { begin, from: from as u32, until: until as u32, passed, end }
     }
 
-    /// The way of what stands still in the station of a place.
+    /// The way of water at rest, in the station of a place.
     pub fn rest(&self, place: f64) -> Way {
         let station = self.ends.partition_point(|e| *e <= place).min(self.ends.len() - 1);
         let given = 1.0 - (-self.conductance[station] * self.duration / self.capacity[station]).exp();
@@ -191,14 +191,14 @@ impl Passage {
         found
     }
 
-    /// As many cubic metres as the channel holds.
+    /// The parcels, scaled to the volume of the channel.
     pub fn fitted(&self, parcels: &Parcels) -> Parcels {
         let held: f64 = parcels.iter().map(|p| p.volume).sum();
         let scale = self.volume() / held;
         parcels.iter().map(|p| Parcel { volume: p.volume * scale, ..*p }).collect()
     }
 
-    /// Parcels with their capacity (J/K) for a volume, the smallest neighbours joined where they have become too many.
+    /// Parcels, given with their capacity (J/K) for a volume; small neighbours are joined if there are too many.
     pub fn merged(&self, parcels: Parcels) -> Parcels {
         let most = MOST_PER_STATION * self.stations().max(4);
         if parcels.len() <= most {
@@ -215,7 +215,7 @@ impl Passage {
         found
     }
 
-    /// Temperature (K) of the water at the end of each station; at the outlet that of what left last, where anything did.
+    /// Temperature (K) of the water at the end of each station; at the outlet: that of the parcel that left last, if one left.
     pub fn at_ends(&self, parcels: &Parcels, outlet: Option<f64>) -> Vec<f64> {
         let held: f64 = parcels.iter().map(|p| p.volume).sum();
         let scale = self.content() / held;
@@ -239,7 +239,7 @@ impl Passage {
     }
 }
 
-/// How many of ascending ends do not lie behind `x`, looked for from where the last one was found.
+/// Number of ascending ends that do not lie behind `x`, searched from the place found last.
 fn passed(ends: &[f64], x: f64, near: &mut usize) -> usize {
     while *near > 0 && ends[*near - 1] > x {
         *near -= 1;

@@ -1,28 +1,28 @@
-//! Water that is carried on: how it is cut into pieces, once for all walls and temperatures of an interval.
+//! Plan of the water's motion: how it is cut into pieces, once for all walls and temperatures of an interval.
 //!
-//! Parcels are carried exactly as far as the flow goes and are never remapped to a grid, so a front at the inlet stays as sharp as
-//! it came. Temperature runs straight from one end of a parcel to the other. Each parcel is cut where it starts or ends in another
-//! station; the ends of its pieces, the *marks*, are followed along their ways. What passes whole stations is booked where it enters
-//! and where it leaves them, and followed at once, because every difference to the water of one mark shrinks alike. What the water
-//! loses is what the wall gains, to rounding.
+//! Parcels are carried exactly as far as the flow goes and are never remapped to a grid, so a front at the inlet stays as sharp as it
+//! came. Temperature runs straight from one end of a parcel to the other. Each parcel is cut where it starts or ends in another
+//! station; the ends of its pieces, the *marks*, are followed along their ways. Water that passes whole stations is booked where it
+//! enters and where it leaves them. All of it is followed at once, because every difference to the water of one mark shrinks alike. The
+//! wall gains the heat that the water loses, to rounding.
 
 use super::parcels::{Flow, Parcel, Parcels, Share};
 use super::passage::{Nearest, Part, Passage, Way};
 
-/// How water is cut, and what of its passage follows from no temperature.
+/// Cuts of the water, and the quantities of its passage that follow from no temperature.
 #[derive(Debug, Clone)]
 pub(super) struct Plan {
-    /// Ends of pieces from the inlet on; one that two pieces share stands once.
+    /// Ends of pieces from the inlet on; an end that two pieces share stands once.
     marks: Vec<Mark>,
-    /// From the inlet on: the last ones leave.
+    /// Pieces from the inlet on: the last ones leave.
     pieces: Vec<Piece>,
-    /// How many stay.
+    /// Number of pieces that stay.
     staying: usize,
-    /// Capacity of what leaves, J/K.
+    /// Capacity of the water that leaves, J/K.
     leaving: f64,
     /// Capacity that passes each station as a whole, J/K.
     through: Vec<f64>,
-    /// How the heat to the wall of each station follows its own temperature, sign turned, J/K.
+    /// Derivative of the heat to each station's wall with respect to the wall's own temperature, sign turned, J/K.
     pub weight: Vec<f64>,
     /// Heat of dissipation, J.
     pub dissipated: f64,
@@ -31,9 +31,9 @@ pub(super) struct Plan {
 /// A place in the water that is followed.
 #[derive(Debug, Clone, Copy)]
 struct Mark {
-    /// What it lies in: what enters, last first, then the parcels.
+    /// Element that it lies in: first the shares that enter, last first, then the parcels.
     element: u32,
-    /// Where, as a share of it.
+    /// Place in the element, as a share.
     share: f64,
     /// Capacity whose heat is booked with it, J/K: half of the piece on either side.
     capacity: f64,
@@ -46,23 +46,23 @@ struct Piece {
     element: u32,
     /// The mark of its upstream end; the next one is that of its downstream end.
     mark: u32,
-    /// J/K.
+    /// Capacity, J/K.
     capacity: f64,
 }
 
-/// What water did along walls.
+/// Result of carrying water along walls.
 #[derive(Debug, Clone, Default)]
 pub struct Passed {
     /// Heat to the wall of each station, J.
     pub heat: Vec<f64>,
-    /// What its marks have come to, K.
+    /// Temperatures that its marks have come to, K.
     pub(super) marks: Vec<f64>,
-    /// What left, where another stream takes it in.
+    /// Water that left, if another stream takes it in.
     pub(super) outflow: Flow,
 }
 
 impl Plan {
-    /// For parcels that fill the channel whatever its capacity is now, while `inflow` enters.
+    /// A plan for parcels, which fill the channel whatever its capacity is now, while `inflow` enters.
     pub fn new(passage: &Passage, parcels: &[Parcel], inflow: &[Share]) -> Self {
         let stations = passage.stations();
         let size = inflow.len() + parcels.len() + 2 * stations;
@@ -90,7 +90,7 @@ impl Plan {
         let volumes = entering.chain(parcels.iter().map(|p| p.volume * scale));
         let mut near = Nearest::default();
         let flows = passage.rate > 0.0;
-        // Where the last mark stands.
+        // Place of the last mark.
         let mut last = f64::NAN;
         let mut next = -moved;
         for (element, volume) in volumes.enumerate() {
@@ -107,7 +107,7 @@ impl Plan {
                 match self.marks.last_mut() {
                     // A mark between two pieces serves both, unless they stand still in two stations.
                     Some(shared) if start > from && flows => shared.capacity += 0.5 * capacity,
-                    // Where one parcel ends the next one begins: both take the same way.
+                    // One parcel begins at the end of another: both ends take one way.
                     Some(before) if last == start && flows => {
                         let way = before.way;
                         self.marks.push(mark(start, way));
@@ -128,7 +128,7 @@ impl Plan {
         }
     }
 
-    /// Books what follows from no temperature.
+    /// Books the quantities that follow from no temperature.
     fn book(&mut self, passage: &Passage) {
         let mut begun = vec![0.0; passage.stations() + 1];
         for Mark { capacity, way, .. } in &self.marks {
@@ -150,7 +150,7 @@ impl Plan {
         }
     }
 
-    /// Carries parcels and inflow of the kind that it was made for along walls at `wall` (K, by station).
+    /// Carries parcels and inflow, of volumes as in the plan, along walls at `wall` (K, by station).
     pub fn pass(&self, passage: &Passage, wall: &[f64], parcels: &[Parcel], inflow: &[Share]) -> Passed {
         let stations = passage.stations();
         let reference = passage.reference(wall);
@@ -196,7 +196,7 @@ impl Plan {
         Passed { heat, marks, outflow: Flow::new() }
     }
 
-    /// What leaves where marks have come to given temperatures (K), the foremost first.
+    /// Water that leaves, the foremost first, from the temperatures of the marks (K).
     pub fn outflow(&self, marks: &[f64]) -> Flow {
         let share = |piece: &Piece| if self.leaving > 0.0 { piece.capacity / self.leaving } else { 1.0 };
         let of = |piece: &Piece| {
@@ -206,17 +206,17 @@ impl Plan {
         self.pieces[self.staying..].iter().rev().map(of).collect()
     }
 
-    /// The same of any temperature: how it is divided.
+    /// Shares of the water that leaves, without temperatures.
     pub fn empty_outflow(&self) -> Flow {
         self.outflow(&vec![0.0; self.marks.len()])
     }
 
-    /// Temperature (K) of what leaves last.
+    /// Temperature (K) of the water that leaves last.
     pub fn outlet(&self, marks: &[f64]) -> Option<f64> {
         self.pieces.get(self.staying).map(|piece| marks[piece.mark as usize])
     }
 
-    /// What stays. Pieces of one parcel join again as long as they stay smaller than a station.
+    /// Parcels that stay. Pieces of one parcel join again as long as they stay smaller than a station.
     pub fn parcels(&self, passage: &Passage, marks: &[f64]) -> Parcels {
         let most = passage.content() / passage.stations() as f64;
         let mut kept = Parcels::with_capacity(self.staying);
@@ -238,7 +238,9 @@ impl Plan {
 mod tests {
     use super::*;
 
+    /// Stations of the test's channel, a count.
     const STATIONS: usize = 12;
+    /// Capacity of a cubic metre of water in the test, J/(m³ K).
     const VOLUMETRIC: f64 = 4.18e6;
 
     /// A channel of unlike stations, 0.5 W of dissipation in each.
@@ -252,8 +254,8 @@ mod tests {
         (0..STATIONS).map(|k| 300.0 + 7.0 * (1.3 * k as f64).sin()).collect()
     }
 
-    /// Water of uneven temperature moved by less than a station, by some, and by several fillings: what it loses the walls gain, and
-    /// a first piece of it comes out as station by station.
+    /// Water of uneven temperature moved by less than a station, by some, and by several fillings: the walls gain the heat that it
+    /// loses, and the last water to leave agrees with a walk from station to station.
     #[test]
     fn what_the_water_loses_the_walls_gain() {
         for duration in [0.1, 3.0, 7.3, 200.0] {

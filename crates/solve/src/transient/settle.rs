@@ -1,4 +1,4 @@
-//! What stores nothing, brought into balance at an instant while everything that stores heat stands still.
+//! Nodes that store no heat, brought into balance at an instant while all nodes that store heat stand still.
 
 use super::super::csr::norm;
 use super::stage::Preconditioner;
@@ -6,15 +6,18 @@ use super::{Transient, TransientState};
 use coldplate_base::error::{Error, Result, Stop};
 use coldplate_network::{Load, StreamState};
 
-/// Capacity over time (1/s times J/K) that keeps what stores heat in its place while the rest is solved for.
+/// Rate, 1/s, that is multiplied by the capacity (J/K) on the diagonal: it keeps nodes that store heat in place while the others are
+/// solved for. Chosen: firmness against rounding.
 const STIFFNESS: f64 = 1e6;
+/// Relative residual that a linear solve is taken to, dimensionless. Chosen: iterations against Newton steps.
 const LINEAR_TOLERANCE: f64 = 1e-6;
-/// A step that leaves more than this share of the residual has met rounding.
+/// A step that leaves more than this share of the residual has met rounding; dimensionless. Chosen.
 const SPENT: f64 = 0.3;
+/// Most Newton steps, a count. Chosen: time against instants that are refused.
 const MOST_NEWTON: usize = 25;
 
 impl Transient<'_> {
-    /// Brings held and arithmetic nodes to what the load at the beginning asks of them.
+    /// Brings held nodes to their temperatures at the beginning of the load, and arithmetic nodes into balance.
     pub(super) fn settle(&mut self, state: &mut TransientState, load: &Load) -> Result<()> {
         let network = self.network;
         for (node, index) in &network.fixed {

@@ -12,19 +12,25 @@ use super::{Passing, Transient, TransientState};
 use coldplate_base::error::{Error, Result, Stop};
 use coldplate_network::{Load, Network, StreamState};
 
-/// Share of the residual that a linear solve may leave: so little that a stage without laws of its own temperature is done with it,
-/// and between what single precision carries and what Newton's method can use.
+/// Share of the final residual, the one that Newton's method must reach, that a linear solve may leave; dimensionless. Chosen: a stage
+/// without laws of its own temperature is then done in one step.
 const LINEAR: f64 = 0.3;
+/// Tightest relative residual of a linear solve, dimensionless: as much as single precision carries. Chosen.
 const FINEST_LINEAR: f64 = 1e-5;
+/// Loosest relative residual of a linear solve, dimensionless: as little as Newton's method can use. Chosen.
 const COARSEST_LINEAR: f64 = 1e-4;
-/// Derivatives of a stage serve as long as each Newton step with them leaves no more than this share.
+/// Derivatives of a stage serve as long as each Newton step with them leaves no more than this share of the residual, dimensionless.
+/// Chosen: matrices against Newton steps.
 const SLOW: f64 = 1e-2;
-/// Newton steps up to which the heat that passes through is counted anew, and the share of it below which rounding may be what is left.
+/// The heat passing through is recomputed up to this Newton step, a count. Chosen: after it the heat hardly changes.
 const SCALED: usize = 1;
+/// The residual can be rounding only below this share of the heat passing through, dimensionless. Chosen.
 const NEARLY: f64 = 1e-6;
+/// Most Newton steps of a stage, a count. Chosen: time against steps that are halved.
 pub(super) const MOST_NEWTON: usize = 25;
+/// Most iterations of a linear solve, a count. Chosen: time against steps that are halved.
 const MOST_KRYLOV: usize = 200;
-/// Ratio of rates that one preconditioner serves alike.
+/// Ratio of rates that one preconditioner serves alike, dimensionless. Chosen: setups against iterations.
 const NEAR: f64 = 1.25;
 
 /// A stage: H(T) = H(begin) + own f(T) + earlier flows + heat from the water along walls at the effective temperature.
@@ -58,7 +64,7 @@ pub(super) struct Preconditioner {
 impl Preconditioner {
     pub fn new(network: &Network, system: &System, load: &Load, temperatures: &[f64]) -> Result<Self> {
         let streams = network.stream_states(load, temperatures)?;
-        // Some capacity from the start: what has no path to a given temperature has no steady state, yet a transient.
+        // Some capacity from the start: a part without a path to a given temperature has no steady state, yet a transient.
         let mut symmetric = system.symmetric(network, load, &streams, temperatures);
         let total: f64 = network.capacity.iter().sum();
         if total > 0.0 {
@@ -69,7 +75,7 @@ impl Preconditioner {
         Ok(Self { multigrid, work, rate: 0.0, solids: network.solids, scratch: Scratch::default() })
     }
 
-    /// Takes in the capacity over another time, 1/s: the nearest of rates so near to each other that one serves as well as the next.
+    /// Sets the rate (1/s) of the capacity on the diagonal, rounded to a power of [`NEAR`]: neighbouring rates serve equally well.
     pub fn set(&mut self, rate: f64) -> Result<()> {
         let rate = NEAR.powf((rate.ln() / NEAR.ln()).round());
         if rate != self.rate {
@@ -79,7 +85,7 @@ impl Preconditioner {
         Ok(())
     }
 
-    /// A linear solve with one V-cycle on the solids per iteration; what is not solid stays as it is.
+    /// A linear solve with one V-cycle on the solids per iteration; other nodes stay as they are.
     pub fn solve(&mut self, matrix: &impl Operator, b: &[f64], x: &mut [f64], tolerance: f64) -> Outcome {
         let Self { multigrid, work, solids, scratch, .. } = self;
         gmres(matrix, b, x, tolerance, MOST_KRYLOV, scratch, |r, z| {
@@ -90,9 +96,9 @@ impl Preconditioner {
     }
 }
 
-/// What a stage came to.
+/// Result of a stage.
 pub(super) struct Solved {
-    /// K, of every node.
+    /// Temperature of every node, K.
     pub temperatures: Vec<f64>,
     pub water: Water,
     /// Heat into each solid at its end, W.
@@ -149,7 +155,7 @@ impl Transient<'_> {
         for (node, index) in &network.fixed {
             temperatures[*node as usize] = stage.load.fixed[*index as usize];
         }
-        // What each storing node would hold without the flow at the end.
+        // Enthalpy of each storing node without the flow at the end.
         let mut target: Vec<f64> = (0..solids).map(|i| network.enthalpy(i, state.temperatures[i])).collect();
         for (weight, flow) in &stage.earlier {
             target.iter_mut().zip(*flow).for_each(|(t, f)| *t += weight * f);
@@ -184,7 +190,7 @@ impl Transient<'_> {
                 if network.capacity[i] > 0.0 {
                     let now = network.enthalpy(i, temperatures[i]);
                     residual[i] += rate * (now - target[i]);
-                    // A temperature is known to its last place, and so is what is stored at it.
+                    // A temperature is known to its last place, and so is the heat stored at it.
                     magnitude += network.capacity[i] * temperatures[i];
                 }
             }

@@ -1,7 +1,8 @@
 //! Water that moves through all streams during a stage: parcels in plug flow, exchanging heat with walls held at one temperature.
 //!
-//! How it is cut and where it goes follow from the flow alone ([`super::plan`]); what it gives off is linear in the walls. So a stage
-//! plans once, asks for the heat along as many walls as its iteration takes, and moves the water once, at its end.
+//! Cuts and ways of the water follow from the flow alone ([`super::plan`]); the heat that it gives off is linear in the wall
+//! temperatures. A stage therefore plans once, asks for the heat along as many walls as its iteration takes, and moves the water once,
+//! at its end.
 
 use super::parcels::{Flow, Parcel, Parcels, Share, mixed};
 use super::passage::Passage;
@@ -17,30 +18,30 @@ pub struct Streams<'n> {
     passages: Vec<Passage>,
     /// Weight of each upstream stream in the inlet mixture.
     mixtures: Vec<Vec<f64>>,
-    /// Whether another stream takes in what leaves one.
+    /// Whether another stream takes in the outflow of each stream.
     feeds: Vec<bool>,
-    /// At the beginning.
+    /// Water in each stream at the beginning.
     parcels: Vec<Parcels>,
-    /// What enters each circuit.
+    /// Inflow of each circuit.
     inflows: Vec<Flow>,
     plans: Vec<Plan>,
 }
 
-/// What the water did in a stage.
+/// Result of a stage for the water.
 #[derive(Debug, Default)]
 pub struct Water {
     /// Parcels of each stream, from the inlet on.
     pub parcels: Vec<Parcels>,
-    /// Heat that came with it, less what went with it, J.
+    /// Heat that came with the water, less the heat that went with it, J.
     pub brought: f64,
     /// Heat of dissipation, J.
     pub dissipated: f64,
-    /// More heat in it than before, J.
+    /// Increase of the heat in the water, J.
     pub stored: f64,
 }
 
 impl<'n> Streams<'n> {
-    /// The streams in given states for a duration (s), with the water that is in them and what enters each circuit.
+    /// The streams in given states for a duration (s), with the water that is in them and the inflow of each circuit.
     pub fn new(network: &'n Network, states: &[StreamState], duration: f64, water: &[Parcels], inflows: Vec<Flow>) -> Self {
         let passages: Vec<Passage> = network.streams.iter().zip(states).map(|(stream, s)| Passage::new(stream, s, duration)).collect();
         let parcels = passages.iter().zip(water).map(|(passage, parcels)| passage.fitted(parcels)).collect();
@@ -51,7 +52,7 @@ impl<'n> Streams<'n> {
         let feeds = (0..network.streams.len()).map(|s| network.streams.iter().any(|below| below.upstream.contains(&s))).collect();
         let mut streams = Self { network, passages, mixtures, feeds, parcels, inflows, plans: Vec::new() };
         let mut plans: Vec<Option<Plan>> = vec![None; network.streams.len()];
-        // Where flows are divided depends on no temperature, so flows of none tell how those that mix are.
+        // The division of flows depends on no temperature, so flows of zero temperature tell how mixed flows are divided.
         let mut outflows: Vec<Flow> = vec![Flow::new(); network.streams.len()];
         for (circuit, tree) in network.circuits.iter().enumerate() {
             for s in members(&tree.layout) {
@@ -67,8 +68,8 @@ impl<'n> Streams<'n> {
         streams
     }
 
-    /// The same with water of no temperature and without dissipation: what walls alone make of it. Water of one temperature needs one
-    /// parcel, which is cut at the stations.
+    /// These streams with water of zero temperature and without dissipation: the response to the walls alone. Water of one temperature
+    /// needs one parcel, which is cut at the stations.
     pub fn cold(&self) -> Self {
         let one = |parcels: &Parcels| vec![Parcel::even(parcels.iter().map(|p| p.volume).sum(), 0.0)];
         let none = |flow: &Flow| flow.iter().map(|s| Share { share: s.share, first: 0.0, last: 0.0 }).collect();
@@ -101,12 +102,12 @@ impl<'n> Streams<'n> {
         found
     }
 
-    /// How the heat to the walls of a stream follows their own temperatures, sign turned, J/K.
+    /// Derivative of the heat to each wall of a stream with respect to the wall's own temperature, sign turned, J/K.
     pub fn weight(&self, stream: usize) -> &[f64] {
         &self.plans[stream].weight
     }
 
-    /// Visits the heat (J) every cell gets: what its station's wall gets, by the cell's own temperature.
+    /// Visits the heat (J) of every cell: a share of the heat to its station's wall, corrected by the cell's own temperature.
     pub fn heats(&self, wall: &dyn Fn(usize) -> f64, passed: &[Passed], mut visit: impl FnMut(usize, f64)) {
         for ((stream, passed), plan) in self.network.streams.iter().zip(passed).zip(&self.plans) {
             for ((station, heat), weight) in stream.stations.iter().zip(&passed.heat).zip(&plan.weight) {
@@ -130,7 +131,7 @@ impl<'n> Streams<'n> {
             let ends = passage.at_ends(&parcels, plan.outlet(marks));
             let first = stream.first_node as usize;
             temperatures[first..first + ends.len()].copy_from_slice(&ends);
-            // The water of each circuit on its own: what one gives to another leaves here and enters there.
+            // Each circuit counts on its own: water that one gives to another leaves here and enters there.
             if !stream.upstream.iter().any(|above| self.network.streams[*above].circuit == stream.circuit) {
                 found.brought += passage.moved() * heat(&self.entering(stream.circuit, s, |above| &passed[above].outflow));
             }
@@ -145,7 +146,7 @@ impl<'n> Streams<'n> {
         found
     }
 
-    /// What enters a stream: what its circuit takes in, or what those upstream of it gave off.
+    /// Inflow of a stream: the inflow of its circuit, or the mixed outflow of the streams upstream.
     fn entering<'f>(&self, circuit: usize, s: usize, outflow: impl Fn(usize) -> &'f Flow) -> Flow {
         let upstream = &self.network.streams[s].upstream;
         if upstream.is_empty() {
@@ -156,16 +157,16 @@ impl<'n> Streams<'n> {
     }
 }
 
-/// What enters each circuit over a stage: the inlet temperature runs straight from its value at the beginning.
+/// Inflow of each circuit over a stage: the inlet temperature runs straight from its value at the beginning.
 pub fn inflows(begin: &Load, end: &Load) -> Vec<Flow> {
     let of_circuit = |(first, last): (&f64, &f64)| vec![Share { share: 1.0, first: *first, last: *last }];
     begin.inlets.iter().zip(&end.inlets).map(of_circuit).collect()
 }
 
-/// Time that water takes through all streams one after another, s: no longer stays any of it; without end where some stands still.
+/// Time that water takes through all streams one after another, s, an upper bound of its stay; infinite if any water is at rest.
 ///
 /// # Errors
-/// As [`Network::stream_states`].
+/// Errors of [`Network::stream_states`].
 pub fn residence(network: &Network, load: &Load, temperatures: &[f64], water: &[Parcels]) -> Result<f64> {
     let states = network.stream_states(load, temperatures)?;
     let volume = |parcels: &Parcels| parcels.iter().map(|parcel| parcel.volume).sum::<f64>();

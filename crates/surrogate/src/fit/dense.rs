@@ -3,7 +3,8 @@
 
 use nalgebra::DMatrix;
 
-/// Below this order the recursion ends in plain loops.
+/// Order of a matrix below which the recursion ends in plain loops. Chosen: matrix products pay only for larger
+/// blocks.
 const LEAF: usize = 24;
 
 /// The inverse of a symmetric positive definite matrix and the logarithm of its determinant.
@@ -86,11 +87,11 @@ fn leaf(mut l: DMatrix<f64>, log_determinant: &mut f64) -> Option<DMatrix<f64>> 
 }
 
 /// Unit vectors v of Householder reflections H = I - 2 v vᵀ whose product Hₚ...H₁ turns the columns of a matrix into an
-/// upper triangle: the rows below it span what no column reaches.
+/// upper triangle. The rows below it span the complement of the columns.
 pub struct Reflections(Vec<Vec<f64>>);
 
 impl Reflections {
-    /// Of the columns of a matrix. `None` when they depend on each other.
+    /// Reflections of the columns of a matrix; `None` if they depend on each other.
     pub fn of(columns: &[Vec<f64>]) -> Option<Self> {
         let mut done = Self(Vec::new());
         for (j, column) in columns.iter().enumerate() {

@@ -1,7 +1,7 @@
 //! Numbers of twice the working precision: an unevaluated sum of two doubles (Dekker 1971, Knuth).
 //!
-//! Expanding a polynomial in a scaled variable into powers of the raw one cancels many digits; done in this arithmetic,
-//! the printed coefficients keep those the fit has.
+//! Expanding a polynomial in a scaled variable into powers of the raw one cancels many digits. In this arithmetic the
+//! printed coefficients keep the digits that the fit has.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 

@@ -95,7 +95,7 @@ impl Uncertainty {
         slopes
     }
 
-    /// What the mean of the states adds to a point's value at the condition `x`, in its unit.
+    /// Change of a point's value by the mean of the states at the condition `x`, in the point's unit.
     pub fn shift(&self, surrogate: &Surrogate, point: usize, x: &[f64]) -> f64 {
         let Some(states) = &self.states else { return 0.0 };
         let (count, Miss { own, common }) = (self.parameters.len(), self.misses[point]);
@@ -104,8 +104,8 @@ impl Uncertainty {
         slopes + own * states.mean[count + point] + common * states.mean[last]
     }
 
-    /// Standard deviation of a point's value at the condition `x`, in its unit: the definition that the runtime crate is tested
-    /// against.
+    /// Standard deviation of a point's value at the condition `x`, in the point's unit: the definition that the runtime crate
+    /// is tested against.
     pub fn deviation(&self, surrogate: &Surrogate, point: usize, x: &[f64]) -> f64 {
         let (count, points) = (self.parameters.len(), surrogate.points.len());
         let Miss { own, common } = self.misses[point];

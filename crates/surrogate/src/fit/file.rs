@@ -13,7 +13,8 @@ use super::model::{Held, Limit, LimitKind, Point, PointModel, Polynomial, RbfBas
 use coldplate_base::atomic_file;
 use coldplate_base::error::{Error, Result};
 
-/// Self-test vectors: the centre of the ranges, both ends, and this many conditions between.
+/// Number of self-test conditions between the ends of the ranges, beside the centre and both ends. Chosen: more find
+/// more faults of a reader, each lengthens the file.
 const INNER_SELF_TESTS: usize = 5;
 
 /// The bytes of a surrogate file.
@@ -258,12 +259,12 @@ impl Layout {
             });
             bases.push((*basis, at, vec![index]));
         }
-        // In the order of the model, so that reading a file back gives the indices that were written.
+        // Bases in the order of the model, so that reading a file back gives the indices that were written.
         bases.sort_by_key(|(model, ..)| *model);
         Ok(Self { blocks, sets, bases })
     }
 
-    /// The file; `steps` are those over time that readers must reproduce.
+    /// Bytes of the file; `steps` are steps over time that readers must reproduce.
     fn bytes(&self, surrogate: &Surrogate, steps: &[Vec<f64>]) -> Result<Vec<u8>> {
         let mut pools = Pools::default();
         let mut records = Vec::new();
@@ -416,8 +417,8 @@ fn held(held: &[Held]) -> Result<Vec<u8>> {
     Ok(content)
 }
 
-/// Conditions the runtime must reproduce before it trusts itself: centre, ends, and points of a
-/// sequence of irrational steps in between.
+/// Conditions that the runtime must reproduce before it trusts itself: centre, ends, and points between of a sequence
+/// of irrational steps.
 fn self_tests(variables: &[Variable]) -> Vec<Vec<f64>> {
     let at = |fraction: &dyn Fn(usize) -> f64| -> Vec<f64> {
         let inside = |(i, v): (usize, &Variable)| (v.low + fraction(i) * (v.high - v.low)).clamp(v.low, v.high);

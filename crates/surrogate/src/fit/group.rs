@@ -1,4 +1,4 @@
-//! Outputs that are present on the same rows, and what is done with them in every fold.
+//! Outputs that are present on the same rows, and their treatment in every fold.
 
 use rayon::prelude::*;
 
@@ -9,9 +9,11 @@ use super::validation::{Remoteness, folds, remoteness};
 use super::{FitOptions, Samples};
 use coldplate_base::random::Random;
 
-/// With fewer rows than this, what is left out of a fold lies much farther from the others than what will be asked about.
+/// Number of rows below which residuals are scaled by remoteness. Chosen: with few rows, a held-out row lies much farther
+/// from the others than a condition that will be asked about.
 const FEW_ROWS: usize = 60;
-/// Conditions spread over the range that stand for those asked about.
+/// Number of conditions, spread over the range, that stand for those that will be asked about. Chosen: their quantile
+/// decides the band, each costs a row of products.
 const ASKED: usize = 500;
 
 /// Outputs that are present on the same rows.
@@ -72,7 +74,8 @@ impl<'a> Group<'a> {
         y.par_iter().enumerate().map(one).collect()
     }
 
-    /// How remote the held-out conditions are, and those of the whole range, where the rows are so few that it matters.
+    /// Remoteness of the held-out conditions, and of conditions all over the range; `None` if there are so many rows
+    /// that it does not matter.
     pub(super) fn remoteness(&self) -> Option<Remoteness> {
         if self.rows.len() >= FEW_ROWS {
             return None;

@@ -1,14 +1,15 @@
 //! Linear least squares by orthonormalisation, one column at a time.
 //!
 //! Modified Gram-Schmidt, each column orthogonalised twice, gives an explicit orthonormal basis Q of the columns to
-//! working precision (Giraud, Langou, Rozložník 2005), and with it at no further cost what choosing a model needs:
-//! the diagonal h of the hat matrix Q Qᵀ, and from it the residual each row would have if it had been left out,
-//! e_i / (1 - h_i). Columns are scaled by their own norm, so their units do not matter.
+//! working precision (Giraud, Langou, Rozložník 2005). From it the numbers for choosing a model follow at no further
+//! cost: the diagonal h of the hat matrix Q Qᵀ, and the residual each row would have if it had been left out, e_i /
+//! (1 - h_i). Columns are scaled by their own norm, so their units do not matter.
 
 use super::double_double::DoubleDouble;
 use coldplate_base::error::{Error, Result};
 
-/// A column whose part orthogonal to the columns before it is smaller than this share of it counts as dependent.
+/// Share of a column, orthogonal to the columns before it, below which the column counts as dependent. Chosen: above
+/// rounding.
 const DEPENDENT: f64 = 1e-13;
 
 /// Orthonormal columns q_j and the triangular factor r that rebuilds the columns they came from.
@@ -19,7 +20,7 @@ pub struct Orthonormal {
 }
 
 impl Orthonormal {
-    /// No columns yet.
+    /// A basis without columns.
     pub fn new() -> Self {
         Self::default()
     }
@@ -62,7 +63,7 @@ impl Orthonormal {
         self.q.is_empty()
     }
 
-    /// Takes its projection on the columns out of `y` and returns the coefficients of the projection in the q_j.
+    /// Subtracts from `y` its projection on the columns, and returns the coefficients of the projection in the q_j.
     pub fn project_out(&self, y: &mut [f64]) -> Vec<f64> {
         let mut c = vec![0.0; self.q.len()];
         for _ in 0..2 {
@@ -148,9 +149,9 @@ pub fn least_squares(columns: &[Vec<f64>], y: &[f64]) -> Result<Solution> {
     Ok(accurate_least_squares(&columns, y)?.0)
 }
 
-/// The same on columns known to twice the working precision, with coefficients to that precision: solved in doubles, then
-/// refined by RᵀR d = Xᵀ r with residuals r and products in double-double. Without it, large residuals leave their rounding
-/// in the coefficients.
+/// Least squares on columns known to twice the working precision, with coefficients to that precision: solved in doubles,
+/// then refined by RᵀR d = Xᵀ r with residuals r and products in double-double. Without the refinement, large residuals
+/// leave their rounding in the coefficients.
 pub(super) fn accurate_least_squares(columns: &[Vec<DoubleDouble>], y: &[f64]) -> Result<(Solution, Vec<DoubleDouble>)> {
     let mut basis = Orthonormal::new();
     for (j, column) in columns.iter().enumerate() {

@@ -48,8 +48,8 @@ pub struct Output {
 /// Conditions and outputs to fit, row by row.
 #[derive(Debug, Clone)]
 pub struct Samples {
-    /// Condition variables. Their ranges are where the surrogate counts as inside: those of the design where known. They are
-    /// widened to the rows where rows lie outside.
+    /// Condition variables. Their ranges are those in which the surrogate counts as inside: the ranges of the design if
+    /// known. They are widened to rows that lie outside.
     pub variables: Vec<Variable>,
     /// Conditions, one row of one value per variable each.
     pub rows: Vec<Vec<f64>>,
@@ -218,7 +218,7 @@ pub struct PointReport {
     pub candidates: Vec<Candidate>,
 }
 
-/// Fits every output of `samples`; [`fit_heard`] says how it comes along.
+/// Fits every output of `samples`; [`fit_heard`] also reports progress.
 ///
 /// # Errors
 /// Errors of [`fit_heard`].
@@ -240,12 +240,13 @@ pub struct Fit {
 impl Fit {
     /// States the bands of a fit to rows that were placed where fits were least sure.
     ///
-    /// Such rows are no easier to predict than what the surrogate will be asked about, so their held-out residuals count as they
-    /// are ([`validation::half_width`]), however few they are. The errors of the last of `batches`, predicted before the values were
-    /// known, count with them. Where enough conditions were predicted before (19 for 95 %), the latest of these errors alone are
+    /// Rows placed there are no easier to predict than later conditions, so their held-out residuals count as they are
+    /// ([`validation::half_width`]), however few they are. The errors of the last of `batches`, predicted before the values were
+    /// known, count with them. If enough conditions were predicted before (19 for 95 %), the latest of these errors alone are
     /// evidence too: of earlier fits, at places that were the worst. The narrower of both bands is stated.
     ///
-    /// `values` are those of the rows, one list per output; `batches` hold such lists of errors each, the last at the end.
+    /// `values` are the values of the rows, one list per output; `batches` hold lists of errors in this form, the last
+    /// batch at the end.
     pub fn state_bands(&mut self, values: &[Vec<f64>], batches: &[Vec<Vec<f64>>], coverage: f64) {
         let enough = (coverage / (1.0 - coverage)).ceil() as usize;
         for (o, (point, report)) in self.surrogate.points.iter_mut().zip(&mut self.points).enumerate() {

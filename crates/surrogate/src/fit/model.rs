@@ -15,7 +15,7 @@ pub struct Variable {
     pub high: f64,
 }
 
-/// A variable that did not vary while the surrogate was made: its answers are for this value alone.
+/// A variable that did not vary while the surrogate was made; the answers are for this value alone.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Held {
     /// Name.
@@ -71,9 +71,9 @@ pub enum PointModel {
 pub struct Point {
     /// Name.
     pub name: String,
-    /// Unit of its value, for example `degC`.
+    /// Unit of the point's value, for example `degC`.
     pub unit: String,
-    /// Its function.
+    /// The function fitted to it.
     pub model: PointModel,
     /// Half width of the band that covers 95 % of new conditions inside the range.
     pub half_width: f64,
@@ -95,7 +95,7 @@ pub struct Limit {
 pub struct Parameter {
     /// Key in the machine file, or name of a factor.
     pub name: String,
-    /// Unit of its values.
+    /// Unit of the parameter's values.
     pub unit: String,
     /// Value the surrogate was made with.
     pub nominal: f64,
@@ -105,31 +105,32 @@ pub struct Parameter {
     pub low: f64,
     /// Largest value that may be stated.
     pub high: f64,
-    /// How it enters.
+    /// Scale on which the parameter is normal.
     pub scale: Scale,
-    /// Where its deviation is from.
+    /// Origin of the standard deviation.
     pub origin: Origin,
 }
 
-/// What the model misses at a point, as standard deviations in its unit.
+/// Model error at a point, as standard deviations in the point's unit.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Miss {
-    /// At this point alone.
+    /// Standard deviation of the error at this point alone.
     pub own: f64,
-    /// In common with all points.
+    /// Standard deviation of the error common to all points.
     pub common: f64,
 }
 
-/// What is known of the states (one per parameter, one per point, one for all points) beyond their standard deviations.
+/// Joint distribution of the states (one per parameter, one per point, one for all points), in their standard
+/// deviations.
 #[derive(Debug, Clone, PartialEq)]
 pub struct States {
-    /// Mean of each.
+    /// Mean of each state.
     pub mean: Vec<f64>,
     /// Packed lower triangle of their covariance, row by row.
     pub covariance: Vec<f64>,
 }
 
-/// What the answers of a surrogate leave open.
+/// Uncertainty of the answers of a surrogate.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Uncertainty {
     /// Uncertain parameters.
@@ -140,13 +141,13 @@ pub struct Uncertainty {
     pub terms: Vec<Vec<u8>>,
     /// Point by point, term by term, one coefficient per parameter: change of the point with one standard deviation.
     pub slopes: Vec<Vec<Vec<f64>>>,
-    /// What the model misses, point by point.
+    /// Model error, point by point.
     pub misses: Vec<Miss>,
-    /// Growth of that away from the measured conditions.
+    /// Growth of the model error away from the measured conditions.
     pub growth: f64,
     /// Conditions at which the model was compared with measurements.
     pub measured: Vec<Vec<f64>>,
-    /// What is known of the states; `None` where that is nothing.
+    /// Joint distribution of the states; `None` if nothing is known beyond their standard deviations.
     pub states: Option<States>,
 }
 
@@ -162,8 +163,8 @@ pub struct FollowedVariable {
     pub low: f64,
     /// Largest value that may be stated for it.
     pub high: f64,
-    /// Point by point, term by term: what t and its square add to the point, where t is the change of the variable over
-    /// `high - low`.
+    /// Coefficients of t and t² in the change of each point, point by point, term by term; t is the change of the
+    /// variable over `high - low`.
     pub coefficients: Vec<Vec<[f64; 2]>>,
     /// Standard deviation of each point's change, per t, where this variable alone is moved.
     pub errors: Vec<f64>,
@@ -174,11 +175,11 @@ pub struct FollowedVariable {
 pub struct Interaction {
     /// The point.
     pub point: usize,
-    /// Whose change it is: index into [`Followed::variables`].
+    /// The variable whose change is multiplied: index into [`Followed::variables`].
     pub of: usize,
     /// The other variable, likewise.
     pub by: usize,
-    /// The change is multiplied by one plus this times the other's t.
+    /// The change is multiplied by 1 + `factor` · t of the other variable.
     pub factor: f64,
 }
 
@@ -189,19 +190,19 @@ pub struct Followed {
     pub transforms: Vec<Transform>,
     /// Exponents of the terms.
     pub terms: Vec<Vec<u8>>,
-    /// Those that may be stated.
+    /// Held variables for which other values may be stated.
     pub variables: Vec<FollowedVariable>,
-    /// What moving several at a time adds to their sum.
+    /// Interactions between variables that are moved at the same time.
     pub interactions: Vec<Interaction>,
-    /// By what the deviations of the variables' own changes, taken together, are multiplied at each point where several are moved:
-    /// what conditions gave that took no part in the fit.
+    /// Factor at each point on the standard deviation of the variables' own changes, taken together, if several are moved: from
+    /// conditions that took no part in the fit.
     pub errors: Vec<f64>,
-    /// Limits over the temperature that a held variable is, with that variable's index in [`Surrogate::held`]: their maximum moves
-    /// with it.
+    /// Limits that bound a rise over a held temperature, each with the variable's index in [`Surrogate::held`]: their maximum
+    /// moves with it.
     pub limits: Vec<(usize, usize)>,
 }
 
-/// Polynomials in common terms, or rather those terms.
+/// The terms of polynomials that share them.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Shared {
     /// How each variable enters.
@@ -210,29 +211,29 @@ pub struct Shared {
     pub terms: Vec<Vec<u8>>,
 }
 
-/// The machine over time: states that fall back to those of the steady state, z' = -rates (z - steady), and move the points by
-/// outputs (z - steady). All but the uniform states are polynomials of the condition.
+/// The machine over time. States decay to the steady ones, z' = -rates (z - steady), and move the points by outputs (z -
+/// steady). All but the uniform states are polynomials of the condition.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct InTime {
-    /// How many.
+    /// Number of states.
     pub states: usize,
-    /// Terms of the steady states, and of rates and outputs.
+    /// Terms of the steady states.
     pub steady_terms: Shared,
-    /// See there.
+    /// Terms of the rates and of the outputs.
     pub moving_terms: Shared,
-    /// Term by term, one coefficient per state.
+    /// Coefficients of the steady states: term by term, one per state.
     pub steady: Vec<Vec<f64>>,
-    /// Term by term, states times states coefficients, column by column, 1/s.
+    /// Coefficients of the rates, 1/s: term by term, states times states, column by column.
     pub rates: Vec<Vec<f64>>,
-    /// Point by point, term by term, one coefficient per state.
+    /// Coefficients of the outputs: point by point, term by term, one per state.
     pub outputs: Vec<Vec<f64>>,
     /// States of one temperature everywhere: at zero, and per unit of the points.
     pub uniform: [Vec<f64>; 2],
-    /// How far a unit of each state moves a point at most.
+    /// Largest change of a point per unit of each state.
     pub reach: Vec<f64>,
-    /// Packed lower triangle of the covariance of what states are away from steady ones.
+    /// Packed lower triangle of the covariance of the states' distances from the steady ones.
     pub spread: Vec<f64>,
-    /// By how much each point may be off over time.
+    /// Largest error of each point over time, in the point's unit.
     pub errors: Vec<f64>,
 }
 
@@ -249,11 +250,11 @@ pub struct Surrogate {
     pub points: Vec<Point>,
     /// Limits.
     pub limits: Vec<Limit>,
-    /// What the answers leave open, where that is known.
+    /// Uncertainty of the answers, if it is known.
     pub uncertainty: Option<Uncertainty>,
-    /// How the answers follow held variables, where that was found out.
+    /// How the answers follow held variables, if it was fitted.
     pub followed: Option<Followed>,
-    /// How the machine moves over time, where that was found out.
+    /// How the machine moves over time, if it was fitted.
     pub in_time: Option<InTime>,
     /// Provenance: key and value, both text.
     pub provenance: Vec<(String, String)>,

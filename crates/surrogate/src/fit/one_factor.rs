@@ -36,7 +36,7 @@ pub struct OneFactor {
 }
 
 impl OneFactor {
-    /// Fits `degree` to the pairs of `x` and `y`; pairs with a missing (NaN) value are left out.
+    /// Fits a polynomial of `degree` to the pairs of `x` and `y`; pairs with a missing (NaN) value are left out.
     ///
     /// # Errors
     /// Fewer distinct values of x than coefficients, a value that is infinite, or lists of different lengths, as bad input.

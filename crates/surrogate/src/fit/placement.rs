@@ -1,29 +1,32 @@
-//! Where further rows would tell most about the functions of a table.
+//! Placement of further rows where they would tell most about the functions of a table.
 
 use super::validation::{remoteness, remoteness_of_each};
 
 /// A row that is known, or has failed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Known {
-    /// Where it lies, in [-1, 1] per variable.
+    /// Place of the row, in [-1, 1] per variable.
     pub place: Vec<f64>,
-    /// Sizes of its held-out residuals, one per output, in whatever unit makes the outputs comparable; `None` where it has none.
+    /// Sizes of the row's held-out residuals, one per output, in units that make the outputs comparable; `None` if it has none.
     pub errors: Option<Vec<f64>>,
 }
 
-/// Candidates nearer to a known row than this share of the largest distance of any are not taken.
+/// Least distance of a candidate from known rows, as a share of the largest distance of any candidate. Chosen: rows
+/// close together tell little more than one.
 const APART: f64 = 0.5;
-/// Nor are those nearer than this share of what the largest was before the first was taken.
+/// Least distance of a candidate from known rows, as a share of the largest distance before the first was taken.
+/// Chosen: a batch ends rather than fill in places beside known rows.
 const APART_AT_FIRST: f64 = 0.25;
 
-/// The `count` of `candidates` (in [-1, 1] per variable) at which a fit is least sure, one after another, each as if those before
-/// were known: indices into them.
+/// Indices of `count` of the `candidates` (in [-1, 1] per variable) at which a fit is least sure, one after another, each as if
+/// the ones before were known.
 ///
-/// How unsure a fit is of an output is the product of how remote the place is from the known rows (the standard deviation of
-/// the reference process of [`remoteness`]) and of how badly the rows around it were predicted when they were
-/// held out, for their own remoteness: the root mean square of these ratios, weighted by the inverse fourth power of the
-/// distance. The output that it is least sure of counts. No candidate is taken that lies nearer to what is known than
-/// half as far as the farthest, or a quarter as far as the farthest was at first: then fewer are taken.
+/// The uncertainty of a fit in an output is a product of two factors. The first is the remoteness of the place from the
+/// known rows (the standard deviation of the reference process of [`remoteness`]). The second is the error of the rows
+/// around it when they were held out, over their own remoteness: the root mean square of these ratios, weighted by the
+/// inverse fourth power of the distance. The output with the largest uncertainty counts. No candidate is taken that lies
+/// nearer to known rows than half as far as the farthest, or a quarter as far as the farthest was at first: then fewer are
+/// taken.
 pub fn most_telling(known: &[Known], candidates: &[Vec<f64>], count: usize) -> Vec<usize> {
     let mut places: Vec<Vec<f64>> = known.iter().map(|k| k.place.clone()).collect();
     let errors = local_errors(known, &places, candidates);
@@ -32,7 +35,7 @@ pub fn most_telling(known: &[Known], candidates: &[Vec<f64>], count: usize) -> V
     let mut taken = Vec::new();
     for _ in 0..count.min(candidates.len()) {
         let farthest = nearest.iter().copied().fold(0.0, f64::max);
-        // Rows that repeat each other leave the reference process nothing to invert: then distance alone decides.
+        // Repeated rows make the matrix of the reference process singular: then distance alone decides.
         let remote = remoteness(&places, candidates).unwrap_or_else(|| nearest.iter().map(|d| d.sqrt()).collect());
         let score = |i: &usize| remote[*i] * errors[*i];
         let admitted = (0..candidates.len()).filter(|i| nearest[*i] >= least.max(APART * APART * farthest) && !taken.contains(i));
@@ -45,7 +48,7 @@ pub fn most_telling(known: &[Known], candidates: &[Vec<f64>], count: usize) -> V
     taken
 }
 
-/// By candidate: how badly the rows around it were predicted for their remoteness, of the worst output.
+/// Error of the rows around each candidate over their remoteness, for the worst output.
 fn local_errors(known: &[Known], places: &[Vec<f64>], candidates: &[Vec<f64>]) -> Vec<f64> {
     let remote = remoteness_of_each(places).unwrap_or_else(|| vec![1.0; places.len()]);
     let rated: Vec<(&[f64], Vec<f64>)> = (known.iter().enumerate())

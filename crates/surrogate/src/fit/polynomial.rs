@@ -10,18 +10,22 @@ use super::least_squares::{Orthonormal, axpy, dot, left_out, rms};
 use super::model::{Polynomial, Transform, Variable};
 use super::one_factor::{legendre, legendre_powers};
 
-/// Transforms are tried only where the largest value is at least this many times the smallest: below, 1/x and ln x are
-/// straight to within what a quadratic takes up.
+/// Least ratio of the largest to the smallest value at which transforms are tried, dimensionless. Below, 1/x and ln x
+/// differ from a straight line by no more than a quadratic takes up. Chosen.
 const TRANSFORM_RATIO: f64 = 2.0;
-/// Nor are they tried where they leave a gap without rows in more than this share of the range (or of what the gap is without them):
-/// there 1/x would be extrapolated.
+/// Widest gap without rows, as a share of the range, that a transform may leave. Chosen: across a wider one 1/x would be
+/// extrapolated.
 const WIDEST_GAP: f64 = 1.0 / 3.0;
+/// Largest ratio of the gap with a transform to the gap without, dimensionless; the larger of both limits holds. Chosen for the
+/// same reason.
 const WIDER_GAP: f64 = 2.0;
-/// A transform must beat the identity, a longer model a shorter one, by this share of the leave-one-out error.
+/// Ratio of leave-one-out errors below which a transform beats the identity, or a longer model a shorter one. Chosen:
+/// smaller gains may be chance.
 const CLEARLY: f64 = 0.95;
-/// Most rows a term may cost: no more than this share of the rows becomes terms.
+/// Largest number of terms as a share of the rows. Chosen: with more, leave-one-out no longer shows overfitting.
 const MOST_TERMS: f64 = 0.5;
-/// The forward search ends when this many further terms have not improved on the best length.
+/// Number of further terms without a better leave-one-out error after which the forward search ends. Chosen: more
+/// find later gains, at the cost of time.
 const PATIENCE: usize = 12;
 
 /// A polynomial as fitted, before expansion.
@@ -49,7 +53,7 @@ impl Fitted {
         self.terms.iter().map(|t| total_degree(t)).max().unwrap_or(0)
     }
 
-    /// In monomials of the scaled variables, terms by total degree.
+    /// The polynomial in monomials of the scaled variables, terms by total degree.
     pub fn expanded(&self) -> Polynomial {
         let mut sums: std::collections::BTreeMap<(usize, Vec<u8>), f64> = std::collections::BTreeMap::new();
         for (term, c) in self.terms.iter().zip(&self.coefficients) {
@@ -81,7 +85,7 @@ impl Fitted {
 pub struct Search<'a> {
     /// The variables, with their ranges.
     pub variables: &'a [Variable],
-    /// Which of them vary; the others never enter.
+    /// Whether each variable varies; the others never enter.
     pub active: &'a [bool],
     /// Largest total degree.
     pub max_degree: usize,
@@ -119,7 +123,7 @@ impl Search<'_> {
         (0..=self.max_degree).rev().find(|d| self.count(*d) <= most).unwrap_or(0)
     }
 
-    /// The widest part of a variable's range without a row, as a share of it.
+    /// The widest part of a variable's range without a row, as a share of the range.
     fn gap(&self, rows: &[&[f64]], variable: usize, transform: Transform) -> f64 {
         let u = rows.iter().map(|row| scaled(&self.variables[variable], transform, row[variable]));
         let mut u: Vec<f64> = u.chain([-1.0, 1.0]).collect();
@@ -207,8 +211,8 @@ impl Search<'_> {
     }
 
     /// The whole procedure for one output and one dictionary, all terms up to a total degree: transforms and terms by leave-one-out.
-    /// Which dictionary suits is not asked here: the terms of a large one, chosen on the same rows, make leave-one-out too small.
-    /// `scores` are those of [`Search::transform_scores`] for this output on these rows.
+    /// The choice of the dictionary is not made here, since the terms of a large one, chosen on the same rows, make leave-one-out
+    /// too small. `scores` are the results of [`Search::transform_scores`] for this output on these rows.
     pub fn fit(&self, rows: &[&[f64]], y: &[f64], scores: &[(Vec<Transform>, f64)], degree: usize) -> Fitted {
         let Some((identity, plain)) = scores.first() else { return self.constant(y) };
         let best = scores.iter().min_by(|a, b| a.1.total_cmp(&b.1)).filter(|best| best.1 < CLEARLY * plain);
@@ -243,7 +247,7 @@ pub(super) fn forward(columns: &[Vec<f64>], y: &[f64], most: usize, has_level: b
     while picked.len() < most.min(columns.len()) {
         let gain = |column: &Vec<f64>, size: f64| {
             let left = dot(column, column);
-            // A column almost spent by those before it would bring in rounding errors.
+            // A column that nearly depends on earlier ones would bring in rounding errors.
             if left > 1e-10 * size { dot(column, &residual).powi(2) / left } else { -1.0 }
         };
         // The constant comes first where there is one: every model of temperatures has a level.

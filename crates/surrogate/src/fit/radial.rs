@@ -1,4 +1,4 @@
-//! Radial functions of a group of outputs: a basis that all share, and further ones for those that it serves badly.
+//! Radial functions of a group of outputs: one basis for all, and further bases for outputs that it serves badly.
 
 use rayon::prelude::*;
 
@@ -10,22 +10,26 @@ use super::rbf::{Solved, System, least_tail, spread};
 use super::tune::{Tuned, retune, settle, tune};
 use super::validation::folds;
 
-/// A further basis must reduce an output's leave-one-out error to this share of that of the shared basis, and its held-out error to
-/// this share of what polynomials and the shared basis reach.
+/// Share to which a further basis must reduce an output's leave-one-out error with the shared basis, and its held-out error with
+/// polynomials or the shared basis. Chosen: each further basis costs every query.
 const OWN_MUST_REACH: f64 = 0.7;
-/// Outputs join a further basis where it serves them nearly as well as scales of their own.
+/// Largest ratio of an output's leave-one-out error with another output's further basis to that with a basis of its
+/// own, at which it joins. Chosen: fewer bases against smaller errors.
 const MAY_JOIN: f64 = 1.15;
-/// An output known to this share of its spread needs no further basis: each costs every query.
+/// Error, as a share of an output's standard deviation, below which it needs no further basis. Chosen: each further
+/// basis costs every query.
 const KNOWN: f64 = 1e-3;
-/// A change of transforms, kernel or tail must lower the mean log of squared errors by this much (2.5 % of the error).
+/// Least decrease of the mean log of squared errors for a change of transforms, kernel or tail (2.5 % of the error).
+/// Chosen: smaller ones may be chance.
 const CLEARLY: f64 = 0.05;
-/// Length scales are tuned on at most this many rows.
+/// Most rows that length scales are tuned on, a count. Chosen: the time of a step grows with the third power.
 const TUNE_ROWS: usize = 400;
-/// Steps of the tuning on all rows and in each fold.
+/// Most steps of the tuning on all rows, a count. Chosen: the search mostly ends before.
 const STEPS: usize = 30;
+/// Most steps of the tuning in each fold, a count. Chosen fewer, since every fold is tuned from scratch.
 const FOLD_STEPS: usize = 10;
-/// Kernel and tail combinations that go into cross-validation: all where that is cheap, for there the choice among them is
-/// also where chance misleads most; fewer on more rows. Pairs of most rows and number.
+/// Number of kernel and tail combinations that go into cross-validation, as pairs of most rows and number. Chosen: all on
+/// few rows, where cross-validation is cheap and chance misleads the choice most; fewer on more rows.
 const SHORTLIST: [(usize, usize); 3] = [(60, usize::MAX), (120, 4), (usize::MAX, 2)];
 
 /// Kernel, tail and how the variables enter.
@@ -50,7 +54,7 @@ impl Group<'_> {
         System::new(u, active, self.search.terms(shape.tail), y.to_vec())
     }
 
-    /// Solved on all rows, with as much more smoothing as its weights need.
+    /// Solves a basis on all rows, with as much more smoothing as its weights need.
     fn solve(&self, Radial { shape, tuned }: Radial, y: &[Vec<f64>]) -> Option<(Radial, Solved)> {
         let (tuned, solved) = settle(&self.system(&self.rows, &shape, y)?, shape.kernel, tuned)?;
         Some((Radial { shape, tuned }, solved))
@@ -86,8 +90,8 @@ impl Group<'_> {
                 .filter_map(|shape| self.tune_on(&rows, &shape, &self.y, None, STEPS).map(|tuned| Radial { shape, tuned }))
                 .collect()
         };
-        // How the variables enter, by the first kernel with a linear tail: the identity, what suits the polynomials best, or
-        // that with ln x for 1/x, which stretches the small end less.
+        // Transforms of the variables, chosen by the first kernel with a linear tail: the identity, the choice of the
+        // polynomials, or that choice with ln x for 1/x, which stretches the small end less.
         let joint = |s: &[f64]| s.iter().map(|s| s.max(f64::MIN_POSITIVE).ln()).sum::<f64>();
         let best = scores.iter().min_by(|a, b| joint(&a.1).total_cmp(&joint(&b.1))).map(|(t, _)| t.clone())?;
         let milder = best.iter().map(|t| if *t == Transform::Reciprocal { Transform::Log } else { *t }).collect();
@@ -124,8 +128,8 @@ impl Group<'_> {
         Some(RadialResult { considered, left_out, solved, held_out, further })
     }
 
-    /// Held-out residuals of the radial procedure: in each fold the shortlisted shapes are tuned anew from scratch, for
-    /// parameters that have seen the fold would make its residuals too small, and the best by leave-one-out predicts.
+    /// Held-out residuals of the radial procedure. In each fold the shortlisted shapes are tuned anew from scratch, and
+    /// the best by leave-one-out predicts: parameters that have seen the fold would make its residuals too small.
     fn radial_folds(&self, shortlist: &[Radial], y: &[Vec<f64>]) -> Rows {
         self.by_fold(y, |train, test, y| {
             let fallback = || y.iter().map(|y| vec![y.iter().sum::<f64>() / y.len() as f64; test.len()]).collect();
@@ -155,8 +159,8 @@ impl Group<'_> {
         })
     }
 
-    /// Further bases, at most `most`, for outputs that polynomials and the `shared` basis serve badly: tuned, on `rows`, for the
-    /// output that gains most, and joined by those that it serves as well.
+    /// Further bases, at most `most`, for outputs that polynomials and the `shared` basis serve badly. Each is tuned, on `rows`,
+    /// for the output that gains most, and joined by outputs that it serves as well.
     fn further(&self, shared: &Radial, scores: &Scores, rows: &[usize], open: Vec<Unserved>, most: usize) -> Vec<Further> {
         let alone = |open: Unserved| -> Option<(f64, Unserved, Radial)> {
             let y = std::slice::from_ref(&self.y[open.output]);
@@ -199,8 +203,8 @@ impl Group<'_> {
         found
     }
 
-    /// What is tried for one output alone: the shape that suits all, and Gaussians in the variables as they are and as its
-    /// polynomial takes them.
+    /// Shapes that are tried for one output alone: the shape that suits all, and Gaussians in the untransformed variables
+    /// and in those of its polynomial.
     fn shapes_of(&self, shared: &Radial, scores: &Scores, output: usize) -> Vec<Shape> {
         let mut shapes = vec![shared.shape.clone()];
         let best = scores.iter().min_by(|a, b| a.1[output].total_cmp(&b.1[output])).map(|(t, _)| t.clone());
@@ -249,7 +253,7 @@ pub(super) struct RadialResult {
     pub(super) considered: Vec<Radial>,
     /// Left-out residuals by candidate and output.
     pub(super) left_out: Vec<Rows>,
-    /// Weights of the best.
+    /// Weights of the best candidate.
     pub(super) solved: Solved,
     /// Held-out residuals of the procedure, by output.
     pub(super) held_out: Rows,

@@ -8,13 +8,13 @@
 //! | Fᵀ      0 | | c | = | 0 |
 //! ```
 //!
-//! Householder reflections of F give an orthonormal basis N of what the tail cannot reach, and w = P y with
-//! P = N (Nᵀ (K + λI) N)⁻¹ Nᵀ, the leading block of the inverse of the saddle matrix. Nᵀ K N is positive definite for every
-//! kernel here (with the multiquadric's sign turned) once the tail is at least of the kernel's order, so this is one
-//! Cholesky factorisation and no indefinite solve.
+//! Householder reflections of F give an orthonormal basis N of the complement of the tail, and w = P y with P = N (Nᵀ (K +
+//! λI) N)⁻¹ Nᵀ, the leading block of the inverse of the saddle matrix. Nᵀ K N is positive definite for every kernel here
+//! (with the multiquadric's sign turned) once the tail is at least of the kernel's order, so this is one Cholesky
+//! factorisation and no indefinite solve.
 //!
-//! Leaving row i out means demanding w_i = 0 and letting y_i be free. Changing y_i by δ changes w_i by P_ii δ, so
-//! δ = -w_i / P_ii, and the left-out residual is e_i = w_i / P_ii. That is Rippa's formula (1999), here with tail and
+//! Leaving row i out means demanding w_i = 0 and letting y_i be free. Changing y_i by δ changes w_i by P_ii δ, so δ =
+//! -w_i / P_ii, and the left-out residual is e_i = w_i / P_ii. This is Rippa's formula (1999), here with tail and
 //! smoothing; a test compares it with refitting.
 //!
 //! Length scales and smoothing minimise either the restricted likelihood of the Gaussian process with that covariance, or
@@ -29,11 +29,13 @@ use super::least_squares::{Orthonormal, dot, max_abs};
 use super::model::Kernel;
 use super::polynomial::monomial_columns;
 
-/// Left-out errors below this share of an output's spread count as none: nothing is gained by tuning further.
+/// Share of an output's standard deviation below which left-out errors count as none. Chosen: nothing is gained by
+/// tuning further.
 const NEGLIGIBLE: f64 = 1e-9;
 
-/// Largest sum of weights' magnitudes over the largest value (at least one): it multiplies the rounding of every query, which
-/// then stays below about 5e-8 of the values, half of what the self-tests of a surrogate file allow.
+/// Largest ratio of the weights' magnitudes, summed, to the largest value (at least one), dimensionless. It multiplies the
+/// rounding of every query, which then stays below about 5e-8 of the values: half of the tolerance of the self-tests of a
+/// surrogate file.
 const MOST_WEIGHT: f64 = 1e8;
 
 /// Lowest degree of the tail that makes a kernel's interpolation matrix definite.
@@ -254,7 +256,7 @@ impl System {
         let mut weights = f.w.clone();
         let mut solved = Solved { weights: Vec::new(), tails: Vec::new(), left_out: Vec::new() };
         let outputs = self.outputs();
-        // P annihilates the tail, so the residual of the kernel part alone is what a correction of the weights needs.
+        // P annihilates the tail, so the weights are corrected by the residual of the kernel part alone.
         for _ in 0..2 {
             let rest = &outputs - &k * &weights - &weights * smoothing;
             weights += self.apply(&f.inverse, rest);

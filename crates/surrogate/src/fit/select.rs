@@ -13,14 +13,17 @@ use super::{Candidate, Family, Fit, FitOptions, PointReport, Residuals, Samples}
 use coldplate_base::error::{Error, Result};
 use coldplate_base::progress::Progress;
 
-/// Radial functions cost a query more than a polynomial: they must beat it by this share of the held-out error.
+/// Ratio of held-out errors below which radial functions beat a polynomial. Chosen: they cost a query more than a
+/// polynomial.
 const RADIAL_MUST_BEAT: f64 = 0.95;
-/// A larger dictionary of polynomials must beat a smaller one by this share.
+/// Ratio of held-out errors below which a larger dictionary of polynomials beats a smaller one. Chosen: smaller gains
+/// may be chance.
 const CLEARLY: f64 = 0.95;
-/// Where another output needs the shared basis anyway, it is a polynomial that must win, by this factor: between its rows, and above
-/// all in corners without one, it errs further.
+/// Factor by which the polynomial's held-out error must be smaller, if another output needs the shared basis anyway. Chosen: between
+/// rows, and above all in corners without one, a polynomial errs further.
 const POLYNOMIAL_MUST_BEAT: f64 = 1.5;
-/// Radial functions are not tried on more rows: every row is a centre.
+/// Most rows on which radial functions are tried, a count. Chosen: every row is a centre, which costs memory and
+/// every query.
 const MOST_CENTRES: usize = 1500;
 
 /// Fits every output of `samples`, saying how it comes along.
@@ -178,7 +181,8 @@ impl Group<'_> {
         Ok(result)
     }
 
-    /// Held-out residuals of the choice too: those of a fold come from the model that the other folds would choose.
+    /// Held-out residuals with the choice included: residuals of a fold come from the model that the other folds
+    /// would choose.
     fn held_out_of_choice(&self, choices: &[(usize, &[f64], f64)]) -> Vec<f64> {
         let by_fold: Vec<Option<usize>> = (0..self.fold_count).map(|fold| choose(choices, |row| self.folds[row] != fold)).collect();
         let residual = |row: usize| {
@@ -200,7 +204,7 @@ impl Group<'_> {
     }
 }
 
-/// Rounding alone leaves errors of a few units in the last place.
+/// Least half width of a band: rounding alone gives errors of a few units in the last place.
 pub(super) fn least_half_width(values: &[f64]) -> f64 {
     64.0 * f64::EPSILON * max_abs(values)
 }

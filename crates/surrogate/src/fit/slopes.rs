@@ -1,5 +1,5 @@
-//! What is uncertain of a surrogate, from a table of slopes: polynomials that share their terms, and the note that says what the
-//! slopes are along.
+//! Uncertainty of a surrogate from a table of slopes: polynomials that share their terms, and the note on the parameters that
+//! the slopes belong to.
 
 use std::collections::BTreeMap;
 
@@ -13,13 +13,15 @@ use super::polynomial::{Fitted, Search};
 use coldplate_base::error::{Error, Result};
 use coldplate_tables::Table;
 
-/// Key of the note in a table of slopes that says what they are along.
+/// Key of the note in a table of slopes that names the parameters the slopes belong to.
 pub const NOTE: &str = "uncertainty";
-/// Largest degree of the slopes: of four variables it has 35 terms.
+/// Largest degree of the slopes. Chosen: with four variables there are 35 terms, and each slope needs a multiple of
+/// that in rows.
 const MOST_DEGREE: usize = 3;
-/// Rows per term at least.
+/// Fewest rows per term. Chosen: more terms fit better, more rows cost full solves.
 const ROWS_PER_TERM: usize = 2;
-/// Slopes are good enough when their leave-one-out error is this share of their size.
+/// Leave-one-out error, as a share of the slopes' size, at which a degree is good enough. Chosen: one per cent of a
+/// standard deviation does not matter, and fewer terms make queries quicker.
 const GOOD: f64 = 0.01;
 
 /// The note of a table of slopes.
@@ -46,16 +48,16 @@ struct NoteParameter {
 }
 
 impl Uncertainty {
-    /// From a table of slopes on conditions of the surrogate's variables.
+    /// Uncertainty from a table of slopes on conditions of the surrogate's variables.
     ///
     /// # Errors
-    /// The table does not say what its slopes are along, lacks one of them or a variable of the surrogate, or is beyond the bounds
+    /// The table does not name the parameters of its slopes, lacks a slope or a variable of the surrogate, or is beyond the bounds
     /// of a surrogate file.
     pub fn fit(surrogate: &Surrogate, table: &Table) -> Result<Self> {
         let wrong = |what: String| Error::input(what).help("make the table of slopes anew with `coldplate sweep`");
         let text = table.provenance.iter().find(|(key, _)| key == NOTE).map(|(_, text)| text);
-        let text = text.ok_or_else(|| wrong("this table does not say what its slopes are along".into()))?;
-        let note: Note = serde_json::from_str(text).map_err(|e| wrong(format!("what the slopes are along cannot be read: {e}")))?;
+        let text = text.ok_or_else(|| wrong("this table does not name the parameters of its slopes".into()))?;
+        let note: Note = serde_json::from_str(text).map_err(|e| wrong(format!("the parameters of the slopes cannot be read: {e}")))?;
         if note.parameters.len() > format::MAX_PARAMETERS {
             let what = format!("a surrogate file holds at most {} uncertain parameters", format::MAX_PARAMETERS);
             return Err(Error::input(what).read(note.parameters.len()).help("let some of them share a factor: [uncertain.NAME]"));
@@ -111,7 +113,7 @@ impl NoteParameter {
     }
 }
 
-/// States of which nothing but correlations of the parameters is known; `None` where there are none.
+/// States whose correlations are those of the parameters; `None` if there are none.
 fn correlated(correlations: &[Vec<f64>], points: usize) -> Option<States> {
     let is_one = correlations.iter().enumerate().all(|(i, row)| row.iter().enumerate().all(|(j, c)| i == j || *c == 0.0));
     if is_one {
@@ -130,7 +132,7 @@ struct Shape {
 }
 
 impl Shape {
-    /// The least degree, and the transforms, whose leave-one-out error is good; otherwise the best there is.
+    /// The least degree, and its transforms, with a good leave-one-out error; otherwise the best there is.
     fn choose(variables: &[Variable], rows: &[Vec<f64>], outputs: &[Vec<f64>]) -> Result<Self> {
         let complete: Vec<usize> = (0..rows.len()).filter(|r| outputs.iter().all(|o| o[*r].is_finite())).collect();
         let rows: Vec<&[f64]> = complete.iter().map(|r| rows[*r].as_slice()).collect();
@@ -189,7 +191,7 @@ impl Shape {
     }
 }
 
-/// Orthonormal columns of those terms that do not depend on the others on these rows, and these terms.
+/// Orthonormal columns of the terms that are linearly independent on these rows, and these terms.
 fn basis(search: &Search<'_>, rows: &[&[f64]], transforms: &[Transform], terms: &[Vec<u8>]) -> (Orthonormal, Vec<Vec<u8>>) {
     let mut basis = Orthonormal::new();
     let mut kept = Vec::new();

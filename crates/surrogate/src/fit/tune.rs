@@ -3,20 +3,25 @@
 use super::model::Kernel;
 use super::rbf::{Criterion, Solved, System};
 
-/// Inverse length scales searched, in scaled variables: from hardly any influence to a tenth of the range.
+/// Range of inverse length scales, in scaled variables. Chosen: from hardly any influence to a tenth of the range.
 const SCALES: (f64, f64) = (0.01, 10.0);
-/// Smoothing searched, on a kernel of order one. The lower end bounds the weights, and with them what rounding does to a query.
+/// Range of the smoothing, on a kernel of order one. Chosen: the lower end bounds the weights, and with them the rounding error
+/// of a query.
 const SMOOTHING: (f64, f64) = (1e-11, 1.0);
-/// The search ends when a step gains less than this in the criterion (about 0.005 % of the error).
+/// Least gain of a step in the criterion, below which the search ends (about 0.005 % of the error). Chosen: less does
+/// not matter.
 const ENOUGH: f64 = 1e-4;
-/// Starting points: inverse length scale, smoothing. The second supposes noise, which the first may fail to find.
+/// Starting points: inverse length scale, smoothing. Chosen: the second supposes noise, which the first may fail to
+/// find.
 const STARTS: [(f64, f64); 2] = [(0.25, 1e-6), (0.5, 1e-3)];
 
-/// Steps from each starting point before the best is chosen.
+/// Number of steps from each starting point before the best is chosen. Chosen: enough to rank the starting points.
 const FIRST_STEPS: usize = 8;
 
-/// Factor by which smoothing is raised where weights are too large, and how often at most.
+/// Factor by which smoothing is raised while weights are too large, dimensionless. Chosen: smaller finds less
+/// smoothing, larger needs fewer solves.
 const MORE: f64 = 4.0;
+/// Most raises of the smoothing, a count. Chosen: together a factor of four billion.
 const MOST_RAISES: usize = 16;
 
 /// Tuned parameters of one kernel and tail.
@@ -40,7 +45,7 @@ impl Tuned {
     }
 }
 
-/// From scratch: a few steps from each starting point, then on from the best.
+/// Tunes from scratch: a few steps from each starting point, then on from the best.
 pub fn tune(system: &System, kernel: Kernel, criterion: Criterion, steps: usize) -> Option<Tuned> {
     let start = |(scale, smoothing): &(f64, f64)| {
         let mut p = vec![scale.ln(); system.active().len()];
@@ -51,14 +56,14 @@ pub fn tune(system: &System, kernel: Kernel, criterion: Criterion, steps: usize)
     retune(system, kernel, criterion, &begin, steps)
 }
 
-/// From parameters that are nearly right.
+/// Tunes from parameters that are nearly right.
 pub fn retune(system: &System, kernel: Kernel, criterion: Criterion, begin: &[f64], steps: usize) -> Option<Tuned> {
     let (_, parameters) = search(system, kernel, begin, criterion, steps)?;
     scored(system, kernel, parameters)
 }
 
-/// Solves with the tuned parameters. Where the weights are so large that they would multiply the rounding of every query, smoothing
-/// is raised until they are not: such a model loses little, and is often still the best by far.
+/// Solves with the tuned parameters. If the weights are so large that they would multiply the rounding of every query, smoothing is
+/// raised until they are not: the model loses little by it, and is often still the best by far.
 pub fn settle(system: &System, kernel: Kernel, mut tuned: Tuned) -> Option<(Tuned, Solved)> {
     for _ in 0..MOST_RAISES {
         let solved = system.solve(kernel, &tuned.scales(), tuned.smoothing());

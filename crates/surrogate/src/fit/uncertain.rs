@@ -1,4 +1,4 @@
-//! The section of a surrogate file that says what its answers leave open; `docs/surrogate-format.md` states the layout.
+//! The section of a surrogate file on the uncertainty of its answers; `docs/surrogate-format.md` states the layout.
 
 use coldplate_runtime::{self as runtime, format};
 
@@ -6,7 +6,7 @@ use super::model::{Miss, Origin, Parameter, Scale, States, Surrogate, Uncertaint
 use coldplate_base::error::{Error, Result};
 
 impl Uncertainty {
-    /// What an opened file holds.
+    /// The uncertainty in an opened file.
     pub fn of(file: &runtime::Uncertainty<'_>) -> Self {
         let parameters = file.parameters().map(|p| Parameter {
             name: p.name.to_owned(),
@@ -34,7 +34,7 @@ impl Uncertainty {
         }
     }
 
-    /// The content of its section in a surrogate file; `tests` are the conditions of the self-tests.
+    /// Content of the section in a surrogate file; `tests` are the conditions of the self-tests.
     ///
     /// # Errors
     /// Content beyond the format.
@@ -94,8 +94,8 @@ impl Uncertainty {
 }
 
 impl Uncertainty {
-    /// Adds a parameter of which everything is known: its value is one, and `changes` (point by point, term by term of `terms`) is
-    /// what it adds.
+    /// Adds a parameter that is known exactly: its value is one, and it changes the points by `changes` (point by point, term by
+    /// term of `terms`).
     pub(super) fn add_known(&mut self, name: &str, terms: &[Vec<u8>], changes: &[Vec<f64>]) {
         let count = self.parameters.len();
         for term in terms {

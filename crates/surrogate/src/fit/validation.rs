@@ -40,9 +40,10 @@ pub fn folds(rows: &[&[f64]], k: usize, seed: u64) -> Vec<usize> {
 ///
 /// `residuals` are held-out residuals of the whole procedure (cross-validation). With n of them the half width is the
 /// ceil(coverage (n + 1))-th smallest magnitude, the finite-sample quantile of conformal prediction (Vovk 2005; Lei et al.
-/// 2018): it covers at least that share on average over tables, whatever the errors' distribution, if the rows are
-/// exchangeable with the new conditions. Fewer rows than that order statistic needs (n < 19 for 95 %): the larger of the
-/// greatest magnitude and Student's t times the root mean square, which does assume a distribution.
+/// 2018). The band then covers at least this share on average over tables, whatever the errors' distribution, if the rows
+/// are exchangeable with the new conditions. With fewer rows than the order statistic needs (n < 19 for 95 %) the half
+/// width is the larger of the greatest magnitude and Student's t times the root mean square, which does assume a
+/// distribution.
 pub fn half_width(residuals: &[f64], coverage: f64) -> f64 {
     let mut sizes: Vec<f64> = residuals.iter().map(|e| e.abs()).collect();
     sizes.sort_by(f64::total_cmp);
@@ -57,13 +58,15 @@ pub fn half_width(residuals: &[f64], coverage: f64) -> f64 {
     sizes.last().copied().unwrap_or(f64::INFINITY).max(spread)
 }
 
-/// Smoothing of the reference process, for repeated conditions and rounding.
+/// Smoothing of the reference process, a share of its variance. Chosen: repeated conditions and rounding must not
+/// make the matrix singular.
 const NUGGET: f64 = 1e-8;
-/// Variance of its trend, so large that the rows alone decide it.
+/// Variance of the trend of the reference process, a multiple of its variance. Chosen so large that the rows alone
+/// decide the trend.
 const TREND: f64 = 100.0;
 
-/// How far conditions lie from rows that are known (both in scaled variables): the standard deviation of a reference Gaussian process
-/// of length one with a linear trend. It asks for no values, so every output of a table has the same.
+/// Distance of conditions from known rows (both in scaled variables): the standard deviation of a reference Gaussian process of
+/// length one with a linear trend. No values enter, so it is the same for every output of a table.
 pub fn remoteness(known: &[Vec<f64>], asked: &[Vec<f64>]) -> Option<Vec<f64>> {
     let inverse = reference_system(known)?;
     let explained = &inverse.factor * DMatrix::from_fn(known.len(), asked.len(), |i, j| reference(&known[i], &asked[j]));
@@ -71,7 +74,7 @@ pub fn remoteness(known: &[Vec<f64>], asked: &[Vec<f64>]) -> Option<Vec<f64>> {
     Some(asked.iter().enumerate().map(|at| variance(at).max(NUGGET).sqrt()).collect())
 }
 
-/// How far each of `known` lies from all the others, in the sense of [`remoteness`].
+/// Distance of each of `known` from all the others, in the sense of [`remoteness`].
 pub fn remoteness_of_each(known: &[Vec<f64>]) -> Option<Vec<f64>> {
     let inverse = reference_system(known)?.inverse;
     Some((0..known.len()).map(|i| (1.0 / inverse[(i, i)]).max(NUGGET).sqrt()).collect())
@@ -90,22 +93,23 @@ fn reference_system(known: &[Vec<f64>]) -> Option<SpdInverse> {
     invert_spd(&DMatrix::from_fn(n, n, |i, j| reference(&known[i], &known[j]) + nugget(i, j)))
 }
 
-/// How remote conditions are: those of held-out residuals from the rows of the other folds, and those a surrogate will be asked about
-/// from all rows.
+/// Remoteness of conditions: of held-out residuals from the rows of the other folds, and of conditions to be asked about from all
+/// rows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Remoteness {
-    /// One per residual.
+    /// Remoteness, one per residual.
     pub held_out: Vec<f64>,
-    /// Of conditions spread over the range.
+    /// Remoteness of conditions spread over the range.
     pub asked: Vec<f64>,
 }
 
 /// [`half_width`] of few residuals, each taken from where it was held out to where the surrogate will be asked.
 ///
-/// Among few rows a corner that is left out sets the band, though no condition asked about is as far from all rows. Each residual is
-/// divided by how remote its condition was (conformal prediction with normalised residuals: Papadopoulos, Gammerman, Vovk 2008), and
-/// the half width is the least that covers the share `coverage` of n + 1 residuals, one of them infinite, times the remoteness of the
-/// conditions asked about. Fewer than that needs are treated by [`half_width`] as they are.
+/// Among few rows a corner that is left out would set the band, though no condition asked about is as far from all rows. Each
+/// residual is therefore divided by the remoteness of its condition (conformal prediction with normalised residuals: Papadopoulos,
+/// Gammerman, Vovk 2008). The half width is the least that covers the share `coverage` of n + 1 residuals, one of them infinite,
+/// times the remoteness of the conditions asked about. If there are fewer residuals than this needs, [`half_width`] treats them as
+/// they are.
 pub fn half_width_of_few(residuals: &[f64], remoteness: &Remoteness, coverage: f64) -> f64 {
     let scores: Vec<f64> = residuals.iter().zip(&remoteness.held_out).map(|(e, d)| e.abs() / d).collect();
     let mut asked = remoteness.asked.clone();
@@ -124,7 +128,7 @@ pub fn half_width_of_few(residuals: &[f64], remoteness: &Remoteness, coverage: f
     high
 }
 
-/// Halvings of the interval that holds a half width: to 1e-12 of it.
+/// Number of halvings of the interval that holds a half width: 2⁻⁴⁰ is 1e-12 of it.
 const HALVINGS: usize = 40;
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! From names and values with units to the numbers a surrogate takes.
 //!
 //! A condition is one value per variable of the surrogate, in its order, and behind them one per variable that was held.
-//! The held ones may be left out: their value is then the one at which the surrogate was made.
+//! Held variables may be left out: their value is then the one at which the surrogate was made.
 
 use coldplate_runtime::{Held, Surrogate, Variable};
 
@@ -136,7 +136,7 @@ pub fn number_in(variable: &Variable<'_>, number: f64, unit: &str) -> Result<f64
     Ok(snap(variable, units::express(units::convert(number, unit, dimension)?, variable.unit, dimension)?))
 }
 
-/// What kind of quantity a variable is: the four common ones by name, others by their unit.
+/// Dimension of a variable: that of the four common ones by name, others by their unit.
 ///
 /// # Errors
 /// The surrogate gives the variable a unit that is unknown here.

@@ -1,5 +1,5 @@
-//! Which variable and which uncertain parameter decides how warm a point gets? First-order and total Sobol' indices over the
-//! fitted ranges and the uncertainty of the machine.
+//! First-order and total Sobol' indices: which variable and which uncertain parameter decides how warm a point gets, over
+//! the fitted ranges and the uncertainty of the machine.
 //!
 //! The first-order index of a factor is the share of the variance that would go if the factor were known. The total index is the
 //! share that would be left if all others were known. Variables are uniform over their ranges, parameters normal. Correlated

@@ -38,14 +38,15 @@ impl Instruments {
     /// by sensor, and the uncertainty of the condition.
     ///
     /// # Errors
-    /// The file cannot be read or has unknown keys; a value has no unit or is below zero; there is no noise at all.
+    /// The file cannot be read; the key `kind` is missing, which says whether the numbers are limits or standard
+    /// deviations; a value has no unit or is below zero; there is no noise at all.
     pub fn read(path: &Path, surrogate: &Surrogate<'_>) -> Result<Self> {
         let document = Document::read(path)?;
         let root = document.root();
         let scale = match root.opt("kind") {
             Some(kind) => [RECTANGULAR, 1.0][kind.choice(&["limits", "standard deviations"])?],
             None => {
-                let error = root.error("it is not said what the numbers are");
+                let error = root.error("the file does not say whether its numbers are limits or standard deviations");
                 return Err(error.help("write kind = \"limits\" or kind = \"standard deviations\""));
             }
         };

@@ -38,7 +38,8 @@ pub struct Question {
     /// Among the acceptable conditions, the one that makes a formula largest.
     #[serde(default)]
     pub maximise: Option<String>,
-    /// Which variable and which uncertain number decides: Sobol' indices over the ranges of the variables that are not given.
+    /// Share of each variable and uncertain number in the variance: Sobol' indices over the ranges of the variables that are
+    /// not given.
     #[serde(default)]
     pub indices: bool,
 }
@@ -101,7 +102,7 @@ pub enum Reply {
     Exchanged([Free; 2], TradeOff, Answer),
     /// The best acceptable condition, and the answer to a plain query if nothing was chosen.
     Best(Objective, Vec<Free>, Optimum, Answer),
-    /// Which variables and uncertain numbers decide.
+    /// Shares of variables and uncertain numbers in the variance.
     Indices(Indices),
 }
 

@@ -7,7 +7,7 @@ use statrs::distribution::{ContinuousCDF, Normal};
 /// a slope, but never decides the verdict.
 const TIE: f64 = 1e-12;
 /// Distance of a probability from zero or one below which it no longer shows the way to the border, and the
-/// standardised margin takes over. Chosen: the normal quantile is still exact there.
+/// standardised margin takes over. Chosen: nearer, differences of probabilities are lost in rounding.
 const CERTAIN: f64 = 1e-9;
 
 /// Judges conditions, one after the other, in the same memory.

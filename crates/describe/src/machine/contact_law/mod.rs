@@ -1,4 +1,4 @@
-//! How heat crosses a contact: one file per law.
+//! Laws of the heat flow through a contact: one file per law.
 //!
 //! A law's file holds everything special to the law: its keys in the machine file and their reading, the conductance
 //! and its derivative, and the contacts for which the law cannot be used. To add a law, write its file and name it here
@@ -70,7 +70,7 @@ pub(super) trait Law {
 /// Makes the enum of laws, and the functions that distinguish all of them, from one list.
 macro_rules! laws {
     ($($(#[$doc:meta])* $name:ident($law:ty) in $file:ident;)*) => {
-        /// How heat crosses a contact.
+        /// Law of the heat flow through a contact.
         #[derive(Debug, Clone, PartialEq)]
         pub enum ContactLaw {$(
             $(#[$doc])*

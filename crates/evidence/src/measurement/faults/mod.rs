@@ -22,7 +22,7 @@ const SAME: f64 = 5e-3;
 /// Least distance of such a sign from the prediction, K. Chosen: some machines are at 0 or 85 degC.
 const ABSURD: f64 = 10.0;
 /// Largest share of the readings that may be left out one by one, by stretches and by rows. Chosen: beyond it the machine is
-/// more likely to be wrong than the data (docs/diagnosis.md).
+/// more likely to be wrong than the data (docs/how-to/diagnose.md).
 const MOST: f64 = 0.1;
 /// Least number of equal readings of a stuck sensor in a log, and in a steady table; count. Chosen: fewer may be equal by
 /// chance.
@@ -303,7 +303,7 @@ pub fn listed(faults: &[Fault]) -> String {
     let mut text = String::from("faulty readings:\n");
     faults.iter().for_each(|fault| text += &format!("  {}\n", fault.text()));
     if faults.iter().any(|fault| !fault.is_left_out) {
-        text += "  more than a tenth of the readings would go: those are kept, since the machine may be wrong about them\n";
+        text += "  more than a tenth of the readings would be left out: they are kept, since the machine may be wrong about them\n";
     }
     text + "\n"
 }

@@ -5,13 +5,13 @@ use crate::measurement::{Data, whiten};
 use coldplate_base::units::celsius;
 
 /// Least deviation of a wrong reading inside the range of the conditions: in standard deviations of the noise, and as a
-/// multiple of any other deviation of its row and column. Chosen (docs/diagnosis.md): smaller ones take effects of the machine
+/// multiple of any other deviation of its row and column. Chosen (docs/how-to/diagnose.md): smaller ones take effects of the machine
 /// for faults.
 const INSIDE: [f64; 2] = [30.0, 10.0];
 /// Least deviation of a wrong reading at the edge of that range, in the same two measures. Chosen larger, because a cause may
 /// act at one condition alone there.
 const EDGE: [f64; 2] = [200.0, 30.0];
-/// Largest deviation that is asked of a wrong reading at the edge, K. Chosen (docs/diagnosis.md).
+/// Largest deviation that is asked of a wrong reading at the edge, K. Chosen (docs/how-to/diagnose.md).
 const PLAIN: f64 = 15.0;
 /// Least deviation of the sign of a sensor that does not answer: as a multiple of any other deviation, and in standard
 /// deviations of the noise. Chosen: the sign itself is evidence.
@@ -27,10 +27,10 @@ const LEAST_OF_ROWS: [usize; 2] = [6, 3];
 const ODD: [f64; 2] = [10.0, 3.0];
 
 /// Least deviation of a suspect reading, which only the catalogue of causes can judge: in standard deviations of the noise, and
-/// as a multiple of the others. Chosen (docs/diagnosis.md): smaller ones cost fits.
+/// as a multiple of the others. Chosen (docs/how-to/diagnose.md): smaller ones cost fits.
 const SUSPECT: [f64; 2] = [5.0, 3.0];
 /// Least deviation of a suspect row: in standard deviations of its sensors, and as a multiple of the next row's. Chosen
-/// (docs/diagnosis.md).
+/// (docs/how-to/diagnose.md).
 const SUSPECT_ROW: [f64; 2] = [5.0, 2.0];
 /// Least number of rows for suspects, count. Chosen.
 const LEAST_OF_SUSPECTS: usize = 4;

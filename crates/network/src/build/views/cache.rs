@@ -1,4 +1,4 @@
-//! What rays found, kept in a small file so that the next run need not send them again.
+//! View factors by rays, kept in a small file so that the next run need not send the rays again.
 //!
 //! Text: a header, the key (a hash of the geometry and of how many rays were sent), one line per surface, a
 //! checksum. A file of another key is out of date and replaced; a damaged one too, with a note. Nothing depends
@@ -14,6 +14,7 @@ use crate::mesh::Mesh;
 use crate::mesh::sight::{BATCHES, Facet, Seen};
 use coldplate_describe::machine::Machine;
 
+/// First line of the file, with the version of its format.
 const HEADER: &str = "coldplate view factors 1";
 
 /// A hash of everything the rays depend on.
@@ -31,7 +32,7 @@ pub(super) fn key(machine: &Machine, mesh: &Mesh, surfaces: &[Vec<Facet>], wante
     Sha256::digest(text.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// What the file holds for this key; `None` where there is none, it is out of date or damaged (with a note).
+/// View factors in the file for this key; `None` where there is no file, or it is out of date or damaged (with a note).
 pub(super) fn read(path: &Path, key: &str, wanted: &[bool], notes: &mut Vec<String>) -> Option<Vec<Option<Seen>>> {
     let bytes = std::fs::read(path).ok()?;
     let parsed = std::str::from_utf8(&bytes).ok().and_then(|text| parse(text, key, wanted));
@@ -46,7 +47,7 @@ pub(super) fn read(path: &Path, key: &str, wanted: &[bool], notes: &mut Vec<Stri
 }
 
 enum Kept {
-    /// What was asked for.
+    /// View factors of this key.
     Same(Vec<Option<Seen>>),
     /// Sound, but of another geometry.
     Other,
@@ -82,7 +83,7 @@ fn parse(text: &str, key: &str, wanted: &[bool]) -> Option<Kept> {
     seen.iter().flatten().all(|s| s.share.len() == n).then_some(Kept::Same(seen))
 }
 
-/// Writes the file; where that cannot be done the next run sends its rays again, with a note.
+/// Writes the file; if it cannot be written, the next run sends its rays again, with a note.
 pub(super) fn write(path: &Path, key: &str, seen: &[Option<Seen>], notes: &mut Vec<String>) {
     static COUNT: AtomicUsize = AtomicUsize::new(0);
     let mut body = format!("{HEADER}\nkey {key}");

@@ -1,4 +1,4 @@
-//! Which pairs of patches have a closed form that holds: the shapes fit and nothing stands between them.
+//! Pairs of patches with a closed form that holds: the shapes fit and nothing stands between them.
 
 use super::Patch;
 use crate::mesh::grid::{Frame, Grid, tangents};
@@ -7,7 +7,7 @@ use crate::mesh::{Mesh, bounds};
 use coldplate_describe::machine::{Machine, Shape, Side};
 use coldplate_physics::view;
 
-/// Lengths closer than this are the same, m.
+/// Lengths closer than this are equal, m. Chosen above rounding.
 const SAME: f64 = 1e-9;
 
 /// The blocks that may stand in the way.
@@ -34,7 +34,7 @@ impl<'a> Forms<'a> {
         Self { mesh, bounds: shapes.iter().map(|s| bounds(s)).collect(), shapes, imported: mesh.tetra.iter().map(|t| t.bounds()).collect() }
     }
 
-    /// A F between two patches (or of one to itself), m², where a closed form holds.
+    /// Exchange area A F between two patches (or of one to itself), m²; `None` where no closed form holds.
     pub(super) fn exchange(&self, a: &Patch, b: &Patch) -> Option<f64> {
         let ([fa], [fb]) = (a.facets.as_slice(), b.facets.as_slice()) else { return None };
         let (ga, gb) = (&self.mesh.grids[fa.grid], &self.mesh.grids[fb.grid]);
@@ -66,7 +66,7 @@ impl<'a> Forms<'a> {
     }
 
     fn rectangles(&self, a: &Rectangle, b: &Rectangle) -> Option<f64> {
-        // Distances of one's near and far side from the other's plane, in front of it.
+        // Distances of one rectangle's near and far side from the other's plane, in front of it.
         let front = |of: &Rectangle, from: &Rectangle| {
             let (low, high) = of.extents[from.axis];
             let (p, q) = (from.sign * (low - from.at), from.sign * (high - from.at));

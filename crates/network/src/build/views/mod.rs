@@ -11,24 +11,24 @@ use coldplate_base::error::{Error, Result};
 use coldplate_describe::machine::{Enclosure, Machine};
 use coldplate_physics::exchange::{complete, enforce};
 
-/// Share of rays that may leave an enclosure said to be closed.
+/// Share of rays that may leave an enclosure said to be closed, dimensionless. Chosen: gaps that matter against rounding between faces.
 pub(super) const LEAK: f64 = 1e-3;
 
 /// A surface, or a piece of one, with one radiosity.
 pub(super) struct Patch {
-    /// What it is called in reports.
+    /// Name in reports.
     pub(super) name: String,
-    /// Its faces; none where it is no part of the mesh.
+    /// Faces of the patch; none where it is no part of the mesh.
     pub(super) facets: Vec<Facet>,
     /// Open area, m².
     pub(super) area: f64,
 }
 
-/// What patches see of each other.
+/// View factors between patches.
 pub(super) struct Seeing {
     /// Exchange areas A_i F_ij, m²; symmetric.
     pub(super) exchange: DMatrix<f64>,
-    /// What each patch sends past all others, m².
+    /// Exchange area of each patch past all others, m².
     pub(super) rest: Vec<f64>,
     /// Pairs found by rays; 0 where there were none.
     pub(super) by_rays: usize,
@@ -36,7 +36,7 @@ pub(super) struct Seeing {
     pub(super) error: f64,
     /// Largest change of a view factor to make all consistent.
     pub(super) corrected: f64,
-    /// Share of what each patch sends out that falls on faces outside the enclosure; it counts as chamber.
+    /// Share of each patch's radiation that falls on faces outside the enclosure; it counts as chamber.
     pub(super) strayed: Vec<f64>,
     /// Remarks.
     pub(super) notes: Vec<String>,
@@ -47,7 +47,7 @@ fn refused(enclosure: &Enclosure, what: String) -> Error {
     Error::input(what).at_line(enclosure.line).at_key(format!("enclosure.{}.view_factors", enclosure.name))
 }
 
-/// From the table of the machine file.
+/// View factors from the table of the machine file.
 pub(super) fn given(enclosure: &Enclosure, table: &[Vec<Option<f64>>], patches: &[Patch]) -> Result<Seeing> {
     let n = patches.len();
     let areas: Vec<f64> = patches.iter().map(|p| p.area).collect();
@@ -125,7 +125,7 @@ fn consistent(exchange: &mut DMatrix<f64>, rest: &mut [(f64, f64)], areas: &[f64
     (0..n * n).map(|k| (exchange[(k / n, k % n)] - before[(k / n, k % n)]).abs() / areas[k / n]).fold(0.0, f64::max)
 }
 
-/// From the geometry.
+/// View factors from the geometry.
 pub(super) fn computed(
     machine: &Machine,
     mesh: &Mesh,

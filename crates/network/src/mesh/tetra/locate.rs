@@ -1,10 +1,11 @@
-//! Which tetrahedron holds a point: uniform bins over the bounding box.
+//! Search for the tetrahedron that holds a point: uniform bins over the bounding box.
 
 use coldplate_base::vector::{cross, dot, minus};
 
-/// How far outside a tetrahedron a point may lie, in shape functions.
+/// Largest distance of a point outside a tetrahedron, in shape functions (dimensionless). Chosen: facets cut the corners of curved
+/// faces.
 const OUTSIDE: f64 = 0.05;
-/// Tolerance of "inside", in shape functions.
+/// Tolerance of "inside", in shape functions (dimensionless). Chosen above rounding.
 const INSIDE: f64 = 1e-9;
 
 /// Tetrahedra by bin.

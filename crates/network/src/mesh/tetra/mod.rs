@@ -1,10 +1,9 @@
 //! An imported volume as linear finite elements: its nodes are the vertices.
 //!
-//! With shape functions N_i the conduction between two vertices is G_ij = -k V sum grad N_i . grad N_j over
-//! the tetrahedra they share (Zienkiewicz, Taylor and Zhu, The Finite Element Method, ch. 5): a conductor of
-//! the network like any other, though it may be negative on obtuse edges. A vertex holds a quarter of the
-//! volume of its tetrahedra and a third of the area of its triangles, which is what the linear shape
-//! functions integrate to. Surface temperatures are those of the vertices: nothing lies between.
+//! With shape functions N_i the conduction between two vertices is G_ij = -k V sum grad N_i . grad N_j over the tetrahedra they share
+//! (Zienkiewicz, Taylor and Zhu, The Finite Element Method, ch. 5): a conductor of the network like any other, though it may be
+//! negative on obtuse edges. A vertex holds a quarter of the volume of its tetrahedra and a third of the area of its triangles, the
+//! integrals of the linear shape functions. Surface temperatures are those of the vertices: nothing lies between.
 
 pub mod clip;
 pub mod locate;
@@ -30,7 +29,7 @@ pub struct Tetra {
     pub body: Arc<Body>,
     /// Volume that each vertex stands for, m³.
     pub volumes: Vec<f64>,
-    /// Of each boundary triangle the open area that each corner stands for, m².
+    /// Open area that each corner of each boundary triangle stands for, m².
     pub open: Vec<[f64; 3]>,
     /// For looking up points.
     locator: Locator,
@@ -41,7 +40,7 @@ pub struct Tetra {
 pub struct Edge {
     /// Vertex with the smaller index.
     pub a: u32,
-    /// The other.
+    /// Vertex with the larger index.
     pub b: u32,
     /// Conductance over conductivity along each axis, m.
     pub factor: [f64; 3],
@@ -132,6 +131,7 @@ impl Tetra {
 
     /// All edges with their conduction, in ascending order.
     pub fn edges(&self) -> Vec<Edge> {
+        // Corners of the six edges of a tetrahedron.
         const PAIRS: [(usize, usize); 6] = [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)];
         let tetrahedra = &self.body.tetrahedra;
         // Counting sort by the smaller vertex, then a small sort within.

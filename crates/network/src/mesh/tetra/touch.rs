@@ -1,4 +1,4 @@
-//! Where the boundary of an imported volume touches a block or another imported volume.
+//! Touching areas of the boundary of an imported volume with a block or another imported volume.
 //!
 //! Triangles are laid into the coordinates of the face they touch (a plane, or angle and length on a cylinder) and
 //! clipped against its cells; two imported faces are clipped triangle by triangle in the plane of the first. On each
@@ -15,11 +15,12 @@ use crate::mesh::overlap::{TOUCHING, face_position, indices_between, tile_polygo
 use coldplate_base::vector::{cross, dot, minus, norm};
 use coldplate_describe::machine::Side;
 
-/// Faces closer than this times the longest edge of the triangle touch.
+/// Faces closer than this times the longest edge of the triangle touch, dimensionless. Chosen.
 const NEAR: f64 = 1e-3;
-/// Pieces smaller than this share of a triangle are rounding.
+/// Pieces smaller than this share of a triangle are rounding, dimensionless. Chosen.
 const SLIVER: f64 = 1e-13;
-/// Thickness of the metal that stands for a bond between matching triangles, over their size.
+/// Thickness of the metal that stands for a bond between matching triangles, over their longest edge; dimensionless. Chosen: drop
+/// across the bond against conditioning.
 const BOND: f64 = 1e-4;
 
 /// The neighbour of an imported boundary.
@@ -36,9 +37,9 @@ pub enum Other {
 pub struct Touch {
     /// The imported volume, by its place in [`crate::mesh::Mesh::tetra`].
     pub tetra: usize,
-    /// Its neighbour.
+    /// Neighbour of the imported volume.
     pub other: Other,
-    /// Triangle by triangle.
+    /// Shared areas, triangle by triangle.
     pub pieces: Vec<Piece>,
 }
 
@@ -52,10 +53,10 @@ pub struct Piece {
     pub other: u32,
     /// Integrals of N_i M_j, m²; of a cell in the first column.
     pub shared: [[f64; 3]; 3],
-    /// Integrals of N_0 N_1, N_0 N_2 and N_1 N_2, m²: what the consistent coupling has beyond pairs. Zero where the
-    /// triangles match, for which corner to corner is as accurate.
+    /// Integrals of N_0 N_1, N_0 N_2 and N_1 N_2, m²: terms of the consistent coupling beyond pairs of nodes. Zero where the triangles
+    /// match, for which corner to corner is as accurate.
     pub own: [f64; 3],
-    /// The same of M.
+    /// Integrals of M_0 M_1, M_0 M_2 and M_1 M_2, m².
     pub far: [f64; 3],
     /// Area of the triangle's corners that is covered, m²: `shared` on the flat facet.
     pub covered: [f64; 3],

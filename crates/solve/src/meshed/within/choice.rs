@@ -1,33 +1,35 @@
-//! Where more cells do the most.
+//! Choice of the lines of cells where more cells lower the errors most.
 
 use super::trial::{Counts, Line, cells};
 
-/// Order at which the share of a line of cells in the errors is taken to fall with their number.
+/// Order at which a line's share in the errors is taken to fall with its number of cells, dimensionless. Chosen between the first and
+/// second order that trials believe.
 pub(super) const ORDER: f64 = 1.5;
-/// Largest factor on the cells of a line in one round, either way.
+/// Largest factor on the cells of a line in one round, either way, dimensionless. Chosen: rounds against overshoot.
 const MOST: f64 = 2.0;
-/// Largest factor by which one round means to bring down what is open: with more, lines that hardly matter would grow too.
+/// Largest factor by which one round means to lower the errors, dimensionless. Chosen: with more, lines that hardly matter would grow
+/// too.
 const FALL: f64 = 2.0;
-/// Share of the cells of a line by which they grow at once.
+/// Share of the cells of a line by which they grow at once, dimensionless. Chosen: fineness of the choice against its length.
 const STEP: f64 = 0.25;
 
 /// A line of cells with its share in the errors of all readings.
 #[derive(Debug, Clone)]
 pub(super) struct Share {
     pub line: Line,
-    /// What its cells leave open in every reading, over the accuracy.
+    /// Error that the line's cells leave in every reading, over the accuracy.
     pub open: Vec<f64>,
-    /// The fewest cells that it may have: those that were too few before are among them.
+    /// Fewest cells that the line may have; a number that was too small in an earlier round is the bound.
     pub least: usize,
 }
 
 impl Share {
-    /// The largest.
+    /// Largest error in any reading, over the accuracy.
     pub(super) fn largest(&self) -> f64 {
         self.open.iter().fold(0.0, |m: f64, e| m.max(e.abs()))
     }
 
-    /// Other cells along the line, `factor` times as many.
+    /// Updates the share for `factor` times as many cells along the line.
     fn scaled(&mut self, factor: f64) {
         let shrink = factor.powf(-ORDER);
         self.open.iter_mut().for_each(|open| *open *= shrink);
@@ -39,9 +41,9 @@ fn squares(shares: &[Share], readings: usize) -> Vec<f64> {
     (0..readings).map(|f| shares.iter().map(|s| s.open[f] * s.open[f]).sum()).collect()
 }
 
-/// Cells along all lines with which what is open comes down to `aim`, or by [`FALL`]: `whole` is what is known to be open in every reading with all
-/// lines together, and the shares say where it is from. Where lines may shrink, each begins with fewer cells than it has, and cells are added where
-/// they take the most from what is open above the aim, for each that is added. The shares are brought up to date.
+/// Cells along all lines that bring the errors down to `aim` (over the accuracy), or by [`FALL`]. `whole` is the error in every reading
+/// with all lines together; the shares say which lines it comes from. If lines may shrink, all start coarser; then cells go to the line
+/// that lowers the excess over the aim most per added cell. The shares are brought up to date.
 pub(super) fn refined(counts: &Counts, shares: &mut [Share], whole: &[f64], (aim, may_shrink): (f64, bool)) -> Counts {
     let now = squares(shares, whole.len());
     let factor = |(w, square): (&f64, &f64)| if *square > 0.0 { w / square.sqrt() / aim.max(w / FALL) } else { 0.0 };

@@ -1,8 +1,9 @@
-//! Cells that follow the error: as few as keep what the mesh leaves open in every reading within an accuracy.
+//! Cells that follow the error: as few as keep the error of the mesh within an accuracy in every reading.
 //!
-//! A mesh is cells of every block along each of its axes, its *lines*. Each round asks every reading what twice the cells of one
-//! line would change in it, line by line; where that is much, cells are added, by what they take from the errors for each cell that
-//! is added. The round begins with all lines cut in two at once: that is what the mesh as a whole leaves open, and what decides.
+//! A mesh is given by the numbers of cells of every block along each of its axes, its *lines*. Each round begins with all lines cut in
+//! two at once. The change of the readings gives the error of the mesh as a whole, which decides. Then each line alone gets twice its
+//! cells, which gives its share in the error of every reading. Cells are added to the lines where each added cell takes the most from
+//! the errors.
 
 mod choice;
 mod trial;
@@ -20,50 +21,52 @@ use coldplate_describe::machine::{Condition, Machine};
 use coldplate_network::mesh::Mesh;
 use trial::{Counts, Trials, cells, changed};
 
-/// Cells to begin with, for each block; blocks have at least eight.
+/// Cells to begin with, for each block, a count; blocks have at least eight. Chosen: rounds against the cost of the first ones.
 const FIRST_PER_BLOCK: usize = 24;
-/// Most rounds.
+/// Most rounds, a count. Chosen: time against accuracies that are refused.
 const ROUNDS: usize = 20;
-/// Fewest cells along a line that had more.
+/// Fewest cells along a line that had more, a count. Chosen.
 const FEWEST: usize = 2;
-/// Rounds in which lines may have fewer cells than before.
+/// First rounds in which lines may lose cells, a count. Chosen: thrift against an end of the rounds.
 const SHRINKING: usize = 6;
-/// A line whose share in every reading is below this part of the accuracy is not asked again.
+/// A line whose share in every reading is below this part of the accuracy is not asked again; dimensionless. Chosen: solutions against
+/// lines that are missed.
 const NEGLIGIBLE: f64 = 0.03;
-/// What cells are chosen for, over the accuracy.
+/// Error that cells are chosen for, over the accuracy; dimensionless. Chosen: cells against rounds.
 const AIM: f64 = 0.8;
-/// Most cells that are chosen; eight times as many are solved on in the end.
+/// Most cells that are chosen, a count; eight times as many are solved on in the end. Chosen: memory and time against accuracies that
+/// are refused.
 const MOST_CELLS: f64 = 500_000.0;
-/// Conditions at which the lines are asked to begin with.
+/// Conditions at which the lines are asked to begin with, a count. Chosen: solutions against conditions that are missed.
 const ASKED_AT: usize = 3;
 
 /// Cells that were chosen to keep readings within an accuracy.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ChosenCells {
-    /// What was asked for, K.
+    /// Accuracy that was asked for, K.
     pub accuracy: f64,
-    /// Estimate of what the mesh leaves open in each sensor, K, in the machine's order, at the condition where that is most; `None`
-    /// for displacements.
+    /// Estimated error of the mesh in each sensor, K, in the machine's order, at the condition with the largest error; `None` for
+    /// displacements.
     pub sensors: Vec<Option<f64>>,
-    /// The same of each limit's value.
+    /// Estimated error of the mesh in each limit's value, K.
     pub limits: Vec<Option<f64>>,
-    /// Of each part, by its index, whose cells the file states: what these leave open beside, K, in the reading where that is most.
+    /// For each part (index) whose cells the file states: estimated error from these cells, K, in the reading with the largest.
     pub stated: Vec<(usize, f64)>,
     /// Cells of the mesh with all lines cut in two, from which the estimates come.
     pub checked_on: usize,
-    /// At how many conditions.
+    /// Number of conditions that keep the accuracy.
     pub conditions: usize,
     /// Cells and largest estimate, K, of every mesh on the way.
     pub rounds: Vec<(usize, f64)>,
 }
 
 impl MeshedMachine {
-    /// Meshes `machine` so that the mesh leaves less than `accuracy` (K) open in every temperature that a sensor reads or a limit
-    /// looks at, at all of `conditions`. Cells that the file states for a block are kept.
+    /// Meshes `machine` with an error of the mesh below `accuracy` (K) in every temperature that a sensor reads or a limit looks at, at
+    /// all of `conditions`. Cells that the file states for a block are kept.
     ///
     /// # Errors
-    /// The accuracy is not above zero; the machine has imported parts, whose elements are what they are; it cannot be solved; the
-    /// cells that it takes do not fit into memory.
+    /// The accuracy is not above zero; the machine has imported parts, whose elements cannot be changed; it cannot be solved; the
+    /// necessary cells do not fit into memory.
     pub fn within(machine: Machine, accuracy: f64, conditions: &[Condition], progress: &dyn Progress) -> Result<Self> {
         let (counts, chosen) = choose(&machine, accuracy, conditions, progress).map_err(|error| error.in_file(&machine.file))?;
         let mut mesh = Mesh::with_divisions(&machine, &counts, 1.0)?;
@@ -114,7 +117,7 @@ fn choose(machine: &Machine, accuracy: f64, conditions: &[Condition], progress: 
             shares.clear();
             continue;
         }
-        // No mesh has errors that fall faster than with the square of its cells.
+        // No mesh has an error that falls faster than with the square of its number of cells.
         if now as f64 * largest.sqrt() > MOST_CELLS {
             let why = format!("so little takes more than {MOST_CELLS} cells");
             return Err(beyond(&rounds, accuracy, trials.name(at), &why));
@@ -138,7 +141,7 @@ fn beyond(rounds: &[(usize, f64)], accuracy: f64, reading: &str, why: &str) -> E
     error.read(format!("{} K", significant(accuracy, 3))).help("ask for a larger one, or state --cells")
 }
 
-/// The share of every line in what is open, from readings `own` at some conditions; asked anew where it was not negligible.
+/// Share of every line in the errors, from readings `own` at conditions `at`; a line that was negligible before keeps its known share.
 fn asked(
     trials: &Trials<'_>,
     counts: &Counts,
@@ -160,7 +163,7 @@ fn asked(
     lines.par_iter().map(of).collect()
 }
 
-/// What the cells of some lines leave open in readings `own` at some conditions, over the accuracy, by twice as many.
+/// Error that the cells of some lines leave in readings `own` at conditions `at`, over the accuracy, from twice as many cells.
 fn finer(trials: &Trials<'_>, (counts, lines): (&Counts, &[trial::Line]), (at, own): (&[usize], &[f64])) -> Result<Vec<f64>> {
     let values = trials.values(&changed(counts, lines, |n| 2 * n), at)?;
     let factor = 1.0 / ((1.0 - 0.5f64.powf(ORDER)) * trials.accuracy);

@@ -1,4 +1,4 @@
-//! What a machine reads on trial meshes.
+//! Readings of a machine on trial meshes.
 
 use std::f64::consts::TAU;
 
@@ -11,7 +11,7 @@ use coldplate_describe::machine::{Block, Condition, Machine, Reading, Shape};
 use coldplate_network::Load;
 use coldplate_network::mesh::Mesh;
 
-/// Orders of convergence that are believed.
+/// Orders of convergence that are believed, dimensionless: from first order, which is chosen, to second, the order of the scheme.
 const ORDERS: (f64, f64) = (1.0, 2.0);
 
 /// Cells of every block along its three axes, in the order of parts and blocks.
@@ -22,7 +22,7 @@ pub(super) type Counts = Vec<[usize; 3]>;
 pub(super) struct Line {
     /// Index of the block, in the order of parts and blocks.
     pub block: usize,
-    /// Its axis.
+    /// Axis of the block.
     pub axis: usize,
     /// The fewest cells that make sense: a whole turn needs some to be one.
     pub least: usize,
@@ -32,27 +32,27 @@ pub(super) struct Line {
 pub(super) struct Trials<'a> {
     machine: Machine,
     conditions: &'a [Condition],
-    /// What may be open, K.
+    /// Error that the mesh may leave, K.
     pub accuracy: f64,
     /// The axes whose cells are to be chosen.
     pub lines: Vec<Line>,
-    /// Of each part, by its index, those whose cells the file states; parts without such are left out.
+    /// For each part (index): the lines whose cells the file states; parts without such lines are left out.
     pub stated: Vec<(usize, Vec<Line>)>,
-    /// Of each sensor and then each limit, whether it is a temperature or a difference of such.
+    /// Whether each sensor, then each limit, is a temperature or a difference of temperatures.
     wanted: Vec<bool>,
 }
 
-/// What a mesh as a whole leaves open. Entries are those of [`Trials::values`].
+/// Error of a mesh as a whole. Entries are those of [`Trials::values`].
 #[derive(Debug, Clone)]
 pub(super) struct Whole {
     /// Readings, K.
     pub own: Vec<f64>,
-    /// What is open in them, over the accuracy.
+    /// Error of the readings, over the accuracy.
     pub open: Vec<f64>,
 }
 
 impl Whole {
-    /// The entry with the most open, and how much, over the accuracy.
+    /// Entry with the largest error, and this error over the accuracy.
     pub(super) fn largest(&self) -> (usize, f64) {
         self.open.iter().enumerate().fold((0, 0.0), |most: (usize, f64), (i, open)| if *open > most.1 { (i, *open) } else { most })
     }
@@ -74,7 +74,7 @@ impl<'a> Trials<'a> {
         let is_temperature = |sensor: usize| machine.sensors[sensor].measurand() == Measurand::Temperature;
         let sensors = (0..machine.sensors.len()).map(is_temperature);
         let wanted = sensors.chain(machine.limits.iter().map(|l| l.kind.points().all(is_temperature))).collect();
-        // How far points move is not asked, and costs a solution of the elastic structure on every mesh.
+        // Displacements are not wanted, and cost a solution of the elastic structure on every mesh.
         for sensor in machine.sensors.iter_mut().filter(|s| s.reads.is_displacement()) {
             sensor.reads = Reading::PartMean(0);
         }
@@ -94,7 +94,7 @@ impl<'a> Trials<'a> {
         Ok(Self { machine, conditions, accuracy, lines, stated, wanted })
     }
 
-    /// How many blocks there are.
+    /// Number of blocks.
     pub(super) fn blocks(&self) -> usize {
         self.machine.parts.iter().map(|p| p.blocks.len()).sum()
     }
@@ -121,10 +121,10 @@ impl<'a> Trials<'a> {
         Ok(values)
     }
 
-    /// What a mesh leaves open at conditions `at`: from what is read there, on twice and on half the cells along every line.
+    /// Error of a mesh at conditions `at`, from readings on it and on meshes with twice and half the cells along every line.
     ///
     /// # Errors
-    /// As [`Trials::values`].
+    /// Errors of [`Trials::values`].
     pub(super) fn whole(&self, counts: &Counts, at: &[usize]) -> Result<Whole> {
         let meshes = [counts.clone(), changed(counts, &self.lines, |n| 2 * n), changed(counts, &self.lines, |n| n.div_ceil(2))];
         let mut found: Vec<Vec<f64>> = meshes.par_iter().map(|counts| self.values(counts, at)).collect::<Result<_>>()?;
@@ -133,8 +133,8 @@ impl<'a> Trials<'a> {
         Ok(Whole { own: found.swap_remove(0), open })
     }
 
-    /// The conditions at which the most is open, by entries at all of them: of each reading that which has the most open there, the
-    /// worst first and at most so many.
+    /// The conditions with the largest errors, worst first and at most `most`: for each reading the condition with its largest error.
+    /// `open` has entries at all conditions.
     pub(super) fn telling(&self, open: &[f64], most: usize) -> Vec<usize> {
         let n = self.wanted.len();
         let worst = |i: usize| {
@@ -180,8 +180,8 @@ fn lines_of(block: usize, own: &Block) -> impl Iterator<Item = Line> + use<> {
     (0..axes).map(move |axis| Line { block, axis, least: if is_turn && axis == 1 { 4 } else { 1 } })
 }
 
-/// What a mesh leaves open in a reading, K, from what it reads there, on twice and on half the cells along every line. At second order
-/// both differences come to the same; elsewhere one of them may vanish by chance.
+/// Error of a mesh in a reading, K, from the reading on it (`own`) and on meshes with twice and half the cells along every line. At
+/// second order both differences give one estimate; otherwise one of them may vanish by chance, and the larger estimate counts.
 fn open(twice: f64, own: f64, half: f64) -> f64 {
     let order = ((own - half) / (twice - own)).abs().log2();
     let order = if order.is_nan() { ORDERS.0 } else { order.clamp(ORDERS.0, ORDERS.1) };
@@ -189,7 +189,7 @@ fn open(twice: f64, own: f64, half: f64) -> f64 {
     finer.max((own - half).abs() / (2f64.powf(ORDERS.1) - 1.0))
 }
 
-/// How many cells these are.
+/// Number of cells of these counts.
 pub(super) fn cells(counts: &Counts) -> f64 {
     counts.iter().map(|n| n.iter().map(|n| *n as f64).product::<f64>()).sum()
 }

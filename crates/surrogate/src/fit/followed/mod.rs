@@ -1,5 +1,5 @@
-//! How the answers follow variables that were held: fitted to conditions at which one of them has another value, and judged by
-//! conditions at which all of them have.
+//! How the answers follow variables that were held. The change is fitted to conditions at which one held variable has another
+//! value, and judged by conditions at which all have.
 
 pub(super) mod section;
 
@@ -15,21 +15,24 @@ use super::polynomial::{Search, forward, monomial_columns};
 use coldplate_base::error::{Error, Result};
 use coldplate_tables::{FOLLOW_CHECK, Table};
 
-/// Largest degree in the variables that were varied.
+/// Largest degree of a change in the variables that were varied. Chosen: more terms need more full solves.
 const MOST_DEGREE: usize = 2;
-/// Conditions per coefficient of a change, at least.
+/// Fewest conditions per coefficient of a change. Chosen: more coefficients fit better, more conditions cost full
+/// solves.
 const ROWS_PER_COEFFICIENT: usize = 3;
-/// Conditions at which a variable alone is moved, at least: of fewer no error can be told.
+/// Fewest conditions at which a variable alone is moved, a count. Chosen: from fewer no error can be estimated.
 const LEAST_ROWS: usize = 8;
-/// Errors of a change are never taken for smaller than this, in the points' unit: the solver's own are of this size.
+/// Least standard deviation of a change, in the points' unit. Chosen: errors of the solver are of this size.
 const SMALL: f64 = 1e-4;
-/// Most interactions of a point, per condition with several variables moved.
+/// Fewest conditions with several variables moved per interaction of a point. Chosen: more interactions fit better,
+/// more conditions cost full solves.
 const INTERACTIONS_PER_ROW: usize = 4;
-/// An interaction counts where it takes away this share of what was left.
+/// Least share of the remaining error that the interactions must take away. Chosen: less may be chance.
 const WORTH: f64 = 0.05;
-/// A change that is less than this share of all changes does not interact: what is left is another's.
+/// Share of all changes, root mean square, below which a variable's change does not interact. Chosen: a remainder
+/// this small is an error of other changes.
 const LEAST_SHARE: f64 = 0.005;
-/// Where the largest of the held-out errors is expected, in standard deviations.
+/// Expected largest held-out error, in standard deviations: that of ten normal numbers.
 const LARGEST: f64 = 1.5;
 
 /// A condition at which held variables have other values.
@@ -38,14 +41,14 @@ struct Moved {
     x: Vec<f64>,
     /// Held variables that have another value: index in the surrogate's list, value.
     to: Vec<(usize, f64)>,
-    /// What that adds, point by point.
+    /// Change of each point.
     change: Vec<f64>,
-    /// Whether it is held out.
+    /// Whether the condition is held out of the fit.
     is_check: bool,
 }
 
 impl Followed {
-    /// From a table of conditions at which variables that the surrogate holds have other values.
+    /// Fits the changes to a table of conditions at which variables that the surrogate holds have other values.
     ///
     /// # Errors
     /// The table lacks a variable or a point of the surrogate, or has too few conditions for any variable.
@@ -76,14 +79,15 @@ impl Followed {
         Ok(found)
     }
 
-    /// What moving several variables at once adds to their sum at a point: the change with one, in proportion to another.
+    /// Interactions at a point, fitted to the difference between moving several variables at once and the sum of their
+    /// changes: the change with one variable in proportion to another.
     fn interactions_of(&self, surrogate: &Surrogate, point: usize, together: &[Moved]) -> Vec<Interaction> {
         let n = self.variables.len();
         let (mut gaps, mut columns) = (Vec::new(), vec![Vec::new(); n * n]);
         for row in together {
             let parts = self.parts(surrogate, &row.to, point, &row.x);
             let of = |k: usize| parts.iter().find(|p| p.variable == k).map_or((0.0, 0.0), |p| (p.change, p.t));
-            // Errors are shares of changes: large ones must not drown the others.
+            // Errors count as shares of the changes, so that large changes do not drown the others.
             let size = parts.iter().map(|p| p.change.abs()).sum::<f64>() + SMALL;
             gaps.push((row.change[point] - parts.iter().map(|p| p.change).sum::<f64>()) / size);
             for (place, column) in columns.iter_mut().enumerate() {
@@ -103,14 +107,14 @@ impl Followed {
         picked.into_iter().zip(factors).map(|(place, factor)| Interaction { point, of: place / n, by: place % n, factor }).collect()
     }
 
-    /// What the changes of a point were off by at conditions that took no part in the fit, over what their deviations say.
+    /// Error of the changes of a point at held-out conditions, over the stated standard deviation; at least one.
     fn error(&self, surrogate: &Surrogate, point: usize, checks: &[Moved]) -> f64 {
         let ratio = |row: &Moved| {
             let found: f64 = self.interacting(surrogate, &row.to, point, &row.x).map(|(part, factor)| part.change * factor).sum();
             (row.change[point] - found) / self.deviation(point, &self.parts(surrogate, &row.to, point, &row.x))
         };
         let ratios: Vec<f64> = checks.iter().map(ratio).collect();
-        // Of ten normal numbers the largest lies at one and a half deviations; errors of products have longer tails.
+        // The largest of ten normal numbers lies at one and a half deviations; errors of products have longer tails.
         rms(&ratios).max(max_abs(&ratios) / LARGEST).max(1.0)
     }
 
@@ -119,7 +123,7 @@ impl Followed {
         parts.iter().map(|p| (self.variables[p.variable].errors[point] * p.t).powi(2)).fold(SMALL * SMALL, |sum, v| sum + v).sqrt()
     }
 
-    /// What each of some moved variables (index in the surrogate's list, value) would add alone to a point at condition `x`.
+    /// Change of a point at condition `x` by each moved variable (index in the surrogate's list, value) alone.
     fn parts(&self, surrogate: &Surrogate, to: &[(usize, f64)], point: usize, x: &[f64]) -> Vec<Part> {
         let u = scale_row(&surrogate.variables, &self.transforms, x);
         let part = |(held, value): &(usize, f64)| {
@@ -132,7 +136,7 @@ impl Followed {
         to.iter().filter_map(part).collect()
     }
 
-    /// The same, each with the factor by which the others change it.
+    /// Change by each moved variable alone, with the factor by which the others multiply it.
     fn interacting(&self, surrogate: &Surrogate, to: &[(usize, f64)], point: usize, x: &[f64]) -> impl Iterator<Item = (Part, f64)> {
         let parts = self.parts(surrogate, to, point, x);
         let others: Vec<(usize, f64)> = parts.iter().map(|p| (p.variable, p.t)).collect();
@@ -142,7 +146,7 @@ impl Followed {
         })
     }
 
-    /// By what the change of a point with a variable is multiplied where others have moved by so many t.
+    /// Factor on the change of a point with a variable, if `others` have moved by these t.
     fn factor(&self, point: usize, variable: usize, others: &[(usize, f64)]) -> f64 {
         let own = self.interactions.iter().filter(|i| i.point == point && i.of == variable);
         let by = |i: &Interaction| others.iter().find(|(other, _)| *other == i.by).map_or(0.0, |(_, t)| i.factor * t);
@@ -150,16 +154,16 @@ impl Followed {
     }
 }
 
-/// What a moved variable adds to a point by itself.
+/// Change of a point by one moved variable.
 struct Part {
     /// Index into [`Followed::variables`].
     variable: usize,
-    /// How far it has moved, over its range.
+    /// Change of the variable over its range, dimensionless.
     t: f64,
     change: f64,
 }
 
-/// The conditions of a table, with what their held variables add to the surrogate's answers.
+/// The conditions of a table, with the changes of the surrogate's answers by the held variables.
 fn moved(surrogate: &Surrogate, table: &Table) -> Result<Vec<Moved>> {
     let column = |name: &str| {
         let found = table.columns.iter().find(|c| c.name == name).map(|c| &c.values);
@@ -194,8 +198,8 @@ struct Shape {
 }
 
 impl Shape {
-    /// The transforms of the slopes where the surrogate has any, so that both fit into one table; otherwise those whose
-    /// leave-one-out error is least.
+    /// The transforms of the slopes if the surrogate has any, so that both fit into one table; otherwise the transforms
+    /// with the least leave-one-out error.
     fn choose(surrogate: &Surrogate, by_variable: &BTreeMap<usize, Vec<Moved>>) -> Result<Self> {
         let variables = &surrogate.variables;
         let active: Vec<bool> = variables.iter().map(|v| v.high > v.low).collect();
@@ -216,12 +220,12 @@ impl Shape {
         best.map(|(_, shape)| shape).ok_or_else(|| Error::numerics("no polynomial follows the held variables"))
     }
 
-    /// How the changes follow a variable, from conditions at which it alone has another value.
+    /// The change with one variable, fitted to conditions at which it alone has another value.
     fn variable(&self, surrogate: &Surrogate, held: usize, rows: &[Moved]) -> FollowedVariable {
         let (low, high) = reach(surrogate, held, rows);
         let t: Vec<f64> = rows.iter().map(|row| (row.to[0].1 - surrogate.held[held].value) / (high - low)).collect();
         let scaled: Vec<Vec<f64>> = rows.iter().map(|row| scale_row(&surrogate.variables, &self.transforms, &row.x)).collect();
-        // All over t: the errors of changes grow with it.
+        // Changes are divided by t, since their errors grow with it.
         let times = |column: Vec<f64>| [column.clone(), column.iter().zip(&t).map(|(c, t)| c * t).collect::<Vec<f64>>()];
         let columns: Vec<Vec<f64>> = monomial_columns(&scaled, &self.terms).into_iter().flat_map(times).collect();
         let (mut coefficients, mut errors) = (Vec::new(), Vec::new());
@@ -243,7 +247,7 @@ impl Shape {
     }
 }
 
-/// The range of a held variable that some conditions span, its own value counted.
+/// The range of a held variable that some conditions span, the value it was held at included.
 fn reach(surrogate: &Surrogate, held: usize, rows: &[Moved]) -> (f64, f64) {
     let own = surrogate.held[held].value;
     rows.iter().map(|row| row.to[0].1).fold((own, own), |(low, high), value| (low.min(value), high.max(value)))
@@ -251,7 +255,7 @@ fn reach(surrogate: &Surrogate, held: usize, rows: &[Moved]) -> (f64, f64) {
 
 impl Surrogate {
     /// The surrogate of the same machine with other values of variables that it holds: index in [`Surrogate::held`] and value, each
-    /// within its range. What was held moves with them, and the error of following counts to what the model misses.
+    /// within its range. The held values move with them, and the error of following is added to the model error.
     ///
     /// # Errors
     /// A variable that is not followed, or more uncertain parameters or terms than a file has room for.
@@ -303,9 +307,9 @@ impl Surrogate {
         for (miss, variance) in uncertainty.misses.iter_mut().zip(&variances) {
             miss.own = (miss.own * miss.own + variance).sqrt();
         }
-        // What has moved interacts with the others: nothing more can be moved on top of it.
+        // Moved variables interact with the others, so nothing more can be moved on top.
         after.followed = None;
-        // How the machine moves is known for what was held.
+        // The dynamics are known only for the values that were held.
         after.in_time = None;
         after.uncertainty = Some(uncertainty);
         Ok(after)

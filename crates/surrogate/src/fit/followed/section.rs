@@ -5,7 +5,7 @@ use coldplate_runtime::format;
 use super::super::model::{Followed, FollowedVariable, Interaction, Surrogate, Transform};
 use coldplate_base::error::{Error, Result};
 
-/// Bytes before the numbers.
+/// Length of the header before the numbers, bytes; from `docs/surrogate-format.md`.
 const HEADER: usize = 16;
 
 /// The content of the section.
@@ -47,10 +47,11 @@ pub fn content(followed: &Followed, surrogate: &Surrogate) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// What the section holds of a file with so many variables, points, held variables and limits; `None` where there is none.
+/// Content of the section of a file with these numbers of variables, points, held variables and limits; `None` if there is
+/// no section.
 ///
 /// # Errors
-/// Content of another length than it states, with numbers that are not finite, or that speaks of what the file does not have.
+/// Content of another length than stated, with numbers that are not finite, or about something the file does not have.
 pub fn read(bytes: &[u8], [variables, points, held, limits]: [usize; 4]) -> Result<Option<Followed>> {
     if bytes.is_empty() {
         return Ok(None);

@@ -1,4 +1,5 @@
-//! The machine over time in few states: polynomials of the condition through linear dynamics at some conditions.
+//! The machine over time in few states: polynomials of the condition, fitted to linear dynamics at several
+//! conditions.
 
 pub(super) mod section;
 
@@ -11,12 +12,17 @@ use super::model::{InTime, Shared, Surrogate};
 use super::polynomial::{Search, monomial_columns};
 use coldplate_base::error::{Error, Result};
 
-/// Terms of the steady states, and of what moves the states, at most; and their largest degrees.
+/// Largest number of terms of the steady states, and their largest degree. Chosen: more terms fit better, but make
+/// every step slower.
 const STEADY: (usize, usize) = (30, 4);
+/// Largest number of terms of the rates and outputs, and their largest degree. Chosen far smaller, because there are states
+/// times states rates per term.
 const MOVING: (usize, usize) = (6, 3);
-/// No further term where this share is left.
+/// Residual, as a share of all values (root mean square), at which no further term is added. Chosen: smaller than any
+/// error that matters.
 const ENOUGH: f64 = 1e-6;
-/// States start from as much away as two conditions are from each other.
+/// Factor on the covariance of the steady states: states start as far from the steady one as two conditions are from
+/// each other. The variance of a difference of two independent numbers is twice theirs.
 const AWAY: f64 = 2.0;
 
 /// Linear dynamics at a condition: z' = -rates (z - steady), points moved by outputs (z - steady).
@@ -24,17 +30,17 @@ const AWAY: f64 = 2.0;
 pub struct Sample {
     /// The condition, in the variables' units.
     pub x: Vec<f64>,
-    /// States of its steady state.
+    /// States in the steady state.
     pub steady: Vec<f64>,
-    /// Column by column, 1/s.
+    /// Rates, column by column, 1/s.
     pub rates: Vec<f64>,
-    /// Point by point, in its unit.
+    /// Outputs, point by point, in the point's unit.
     pub outputs: Vec<f64>,
 }
 
 impl InTime {
-    /// Through samples that cover the range; `uniform` are the states of one temperature everywhere, at zero and per unit. Errors are
-    /// left at zero.
+    /// Fits samples that cover the range; `uniform` are the states of one temperature everywhere, at zero and per unit. The errors
+    /// are left at zero.
     ///
     /// # Errors
     /// Samples of different sizes, too few of them, or numbers that are not finite.
@@ -52,7 +58,7 @@ impl InTime {
         }
         let steady: Vec<Vec<f64>> = (0..states).map(|k| samples.iter().map(|s| s.steady[k]).collect()).collect();
         let (steady_terms, steady) = shared(surrogate, samples, &steady, STEADY)?;
-        // Errors of a rate count by what the state's own is.
+        // Errors of a rate are relative to the state's own rate.
         let own: Vec<f64> = (0..states).map(|k| samples[0].rates[k * (states + 1)].abs().max(f64::MIN_POSITIVE)).collect();
         let of_rates = (0..states * states).map(|k| samples.iter().map(|s| s.rates[k] / own[k % states]).collect());
         let of_outputs = (0..points * states).map(|k| samples.iter().map(|s| s.outputs[k]).collect());
@@ -85,8 +91,8 @@ impl InTime {
     }
 }
 
-/// Terms that all columns of values share, chosen one after the other by what they take off all of them together, and their
-/// coefficients, term by term.
+/// Terms that all columns of values share, and their coefficients, term by term. They are chosen one after the other by
+/// their reduction of the residual of all columns together.
 fn shared(
     surrogate: &Surrogate,
     samples: &[Sample],
@@ -118,7 +124,7 @@ fn shared(
     Ok((Shared { transforms, terms: picked.iter().map(|k| terms[*k].clone()).collect() }, coefficients))
 }
 
-/// Columns by how much they take off all values together, and what is left of their squares.
+/// Columns in the order of their reduction of the residual of all values together, and the remaining sum of squares.
 fn picked(columns: &[Vec<f64>], values: &[Vec<f64>], most: usize) -> (Vec<usize>, f64) {
     let mut candidates: Vec<Option<Vec<f64>>> = columns.iter().cloned().map(Some).collect();
     let mut residuals = values.to_vec();
@@ -150,7 +156,7 @@ fn picked(columns: &[Vec<f64>], values: &[Vec<f64>], most: usize) -> (Vec<usize>
     (found, square(&residuals))
 }
 
-/// Whether all states fall back at the samples and at the corners of the range.
+/// Whether all states decay at the samples and at the corners of the range.
 fn is_stable(surrogate: &Surrogate, samples: &[Sample], shared: &Shared, rates: &[Vec<f64>], states: usize) -> bool {
     let variables = &surrogate.variables;
     let corner = |number: usize| -> Vec<f64> {
@@ -168,7 +174,7 @@ fn is_stable(surrogate: &Surrogate, samples: &[Sample], shared: &Shared, rates: 
     })
 }
 
-/// Packed lower triangle of the covariance of what two conditions are away from each other.
+/// Packed lower triangle of the covariance of the difference between the steady states of two conditions.
 fn spread(samples: &[Sample], states: usize) -> Vec<f64> {
     let count = samples.len() as f64;
     let mean: Vec<f64> = (0..states).map(|k| samples.iter().map(|s| s.steady[k]).sum::<f64>() / count).collect();

@@ -5,10 +5,11 @@ use coldplate_runtime::{Polynomial, Surrogate as Opened, format};
 use super::super::model::{InTime, Shared, Surrogate};
 use coldplate_base::error::{Error, Result};
 
-/// Steps that every reader must reproduce: their durations, s.
+/// Durations of the steps that every reader must reproduce, s. Chosen: one short and one long beside the time
+/// constants of machines.
 const TESTS: [f64; 2] = [30.0, 1800.0];
 
-/// The content of the section; `tests` are two conditions, a duration and the values at its end, each.
+/// The content of the section; each of `tests` holds two conditions, a duration and the values at its end.
 ///
 /// # Errors
 /// Tables whose sizes do not agree with those of the surrogate.
@@ -69,7 +70,7 @@ pub fn tests(bytes: &[u8], surrogate: &Surrogate) -> Result<Vec<Vec<f64>>> {
     TESTS.into_iter().map(test).collect()
 }
 
-/// What the section of an opened file holds, if it has one; the runtime has checked it.
+/// Content of the section of an opened file, if it has one; the runtime has checked it.
 pub fn read(file: &Opened<'_>) -> Option<InTime> {
     let own = file.in_time()?;
     let (n, points, variables) = (own.states(), file.point_count(), file.variable_count());
