@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""The bracket of tests/tetra by an independent finite-element program: scikit-fem, quadratic tetrahedra.
+"""The bracket of crates/solve/tests/it/tetra by an independent finite-element program: scikit-fem, quadratic tetrahedra.
 
     python3 -m venv venv && venv/bin/pip install scikit-fem gmsh==4.15.2
-    venv/bin/python scripts/bracket-reference.py tests/tetra/meshes/bracket_coarse.msh
+    venv/bin/python scripts/bracket-reference.py crates/solve/tests/it/tetra/meshes/bracket_coarse.msh
 
 -div k grad T = 0; k = 50 W/(m K). Foot: film 400 W/(m2 K) to 20 degC. Pad: 20 kW/m2 into the metal. Back, bore and
 the rest: radiation, emissivity 0.8, to 20 degC. The domain is the one of the coarse mesh (its bore is a polygon);

@@ -6,15 +6,15 @@ use coldplate_diagnose::Problem;
 use coldplate_evidence::identify;
 use coldplate_evidence::measurement::{Data, Row, Uncertainty, Whitener, whiten};
 use coldplate_explore::simulate::Start;
-use coldplate_solve::sensitivity::Study;
+use coldplate_solve::study::Study;
 use serde::{Deserialize, Serialize};
 
 use crate::machines::{SETTINGS, Setting};
 use crate::outside::{Memory, outside};
 use crate::truth::{Truth, fine};
-use crate::twin::score::least;
-use crate::twin::{Case, Hidden, between, effects, perturbed, stated};
 use crate::unkind::Unkindness;
+use coldplate_testing::twin::score::least;
+use coldplate_testing::twin::{Case, Hidden, between, effects, perturbed, stated};
 
 /// Families of cases.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]

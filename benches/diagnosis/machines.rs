@@ -3,7 +3,8 @@
 use coldplate_base::document::Document;
 use coldplate_base::random::Random;
 
-use crate::twin::{SMALL, between};
+use coldplate_testing::machines::SMALL;
+use coldplate_testing::twin::between;
 
 /// A machine with the kind of data that is had from it.
 pub struct Setting {

@@ -6,7 +6,7 @@
 //!
 //! `run` adds a line to the journal for each case, and leaves out those that are there: a run that was ended goes on where it
 //! stopped. With EVERY it takes every so many of the seeds, so that several runs share them; with FAMILY (clean, one, two,
-//! three, four, outside) only these cases. `report` prints the tables of docs/diagnosis.md from journals, `show` one case with
+//! three, four, outside) only these cases. `report` prints the tables of docs/record/diagnosis.md from journals, `show` one case with
 //! all that was hidden and answered. A seed decides machine, family, effects and unkindnesses.
 
 mod draw;
@@ -16,9 +16,6 @@ mod outside;
 mod run;
 mod table;
 mod truth;
-#[path = "../../tests/diagnose/twin/mod.rs"]
-#[allow(dead_code)] // the quick cases are the tests' own
-mod twin;
 mod unkind;
 
 use std::path::PathBuf;

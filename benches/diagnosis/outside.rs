@@ -2,10 +2,10 @@
 
 use coldplate_base::random::Random;
 use coldplate_describe::machine::{Machine, Place};
-use coldplate_solve::sensitivity::Study;
+use coldplate_solve::study::Study;
 
-use crate::twin::effects::groups;
-use crate::twin::{Hidden, between, choose};
+use coldplate_testing::twin::effects::groups;
+use coldplate_testing::twin::{Hidden, between, choose};
 
 /// An effect that is not in the catalogue, and what it does that a machine file has no words for.
 pub struct Outside {

@@ -13,9 +13,9 @@ use coldplate_explore::simulate::Start;
 use serde::{Deserialize, Serialize};
 
 use crate::draw::{Drawn, Family, draw};
-use crate::twin::score::{Score, score};
-use crate::twin::{Case, Hidden};
 use crate::unkind::Unkindness;
+use coldplate_testing::twin::score::{Score, score};
+use coldplate_testing::twin::{Case, Hidden};
 
 /// Cells that unseen rows of a table are predicted with, over those of the model.
 const FINER: f64 = 10.0;

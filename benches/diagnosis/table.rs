@@ -1,4 +1,4 @@
-//! The tables of docs/diagnosis.md, from journals: goals, sizes, machines, what goes wrong by mechanism, stated probabilities.
+//! The tables of docs/record/diagnosis.md, from journals: goals, sizes, machines, what goes wrong by mechanism, stated probabilities.
 
 use coldplate_base::random::Random;
 

@@ -4,10 +4,10 @@ use coldplate_describe::machine::Condition;
 use coldplate_evidence::identify;
 use coldplate_evidence::measurement::{Data, Row};
 use coldplate_explore::simulate::Start;
-use coldplate_solve::sensitivity::Study;
+use coldplate_solve::study::Study;
 
 use crate::outside::Memory;
-use crate::twin::Hidden;
+use coldplate_testing::twin::Hidden;
 
 /// Parts that the time between two rows of a log is cut into.
 const FINE: usize = 2;

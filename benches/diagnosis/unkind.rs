@@ -6,7 +6,7 @@ use coldplate_evidence::measurement::Data;
 use serde::{Deserialize, Serialize};
 
 use crate::machines::Setting;
-use crate::twin::{Hidden, between};
+use coldplate_testing::twin::{Hidden, between};
 
 /// What makes a case unkind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]

@@ -12,7 +12,7 @@ use coldplate_describe::machine::{Condition, Variable};
 use coldplate_evidence::identify;
 use coldplate_evidence::measurement::{Data, Row};
 use coldplate_explore::simulate::Start;
-use coldplate_solve::sensitivity::Study;
+use coldplate_solve::study::Study;
 
 /// Noise of a reading and own error of a sensor, K.
 const NOISE: f64 = 0.05;

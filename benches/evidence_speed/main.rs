@@ -7,13 +7,6 @@
 //! the project: FOLDER (../shared/measured) is where they lie; without it these cases are left out.
 
 mod cases;
-#[path = "../two_heaters/convert.rs"]
-mod heaters;
-#[path = "../hot_water_pipe/convert.rs"]
-mod pipe;
-#[allow(dead_code, reason = "the machine alone is used here")]
-#[path = "../../tests/diagnose/twin/mod.rs"]
-mod twin;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -24,7 +17,9 @@ use coldplate_base::atomic_file;
 use coldplate_base::document::Document;
 use coldplate_base::error::{Error, Result};
 use coldplate_base::random::Random;
-use coldplate_solve::sensitivity::Study;
+use coldplate_solve::study::Study;
+use coldplate_testing::machines::SMALL;
+use coldplate_testing::measured::{hot_water_pipe, two_heaters};
 
 /// What is timed.
 struct Case {
@@ -140,8 +135,8 @@ fn diagnose(folders: &Folders, machine: &str, data: &str, more: &[&str]) -> Opti
 
 /// The motor's contact is half as good.
 fn small(folders: &Folders) -> Result<Option<Vec<String>>> {
-    let machine = Document::parse(twin::SMALL, "small.toml")?;
-    let file = folders.write("small_machine.toml", twin::SMALL)?;
+    let machine = Document::parse(SMALL, "small.toml")?;
+    let file = folders.write("small_machine.toml", SMALL)?;
     let study = Study::new(machine.clone(), Some(300))?;
     let mut random = Random::new(5);
     let row = |i: usize| (format!("test {i}"), None, condition(&study, &mut |_| Some(random.unit())));
@@ -224,8 +219,8 @@ fn year(folders: &Folders) -> Result<Option<Vec<String>>> {
 
 fn hot_water_pipe(folders: &Folders) -> Result<Option<Vec<String>>> {
     let Some(folder) = folders.measured("hot_water_pipe") else { return Ok(None) };
-    let data = folders.write("pipe.csv", &pipe::table(&folder, &["150801", "151202", "151204_2"])?)?;
-    folders.write("pipe.toml", pipe::UNCERTAINTY)?;
+    let data = folders.write("pipe.csv", &hot_water_pipe::table(&folder, &["150801", "151202", "151204_2"])?)?;
+    folders.write("pipe.toml", hot_water_pipe::UNCERTAINTY)?;
     let machine = project("machines/hot_water_pipe.toml");
     let free = ["--free", "material.\"carbon steel\".specific_heat", "--free", "boundary.insulation.film"];
     Ok(words(&[&["identify", &machine, &data, "--from", "readings"], free.as_slice()].concat()))
@@ -234,8 +229,8 @@ fn hot_water_pipe(folders: &Folders) -> Result<Option<Vec<String>>> {
 /// The table of four days.
 fn days(folders: &Folders) -> Result<Option<String>> {
     let Some(folder) = folders.measured("tclab") else { return Ok(None) };
-    folders.write("days.toml", &heaters::uncertainty(0.35))?;
-    Ok(Some(folders.write("days.csv", &heaters::table(&folder, &["step_1", "sine5_1", "sine2_1", "sine50_1"])?)?))
+    folders.write("days.toml", &two_heaters::uncertainty(0.35))?;
+    Ok(Some(folders.write("days.csv", &two_heaters::table(&folder, &["step_1", "sine5_1", "sine2_1", "sine50_1"])?)?))
 }
 
 fn two_heaters(folders: &Folders) -> Result<Option<Vec<String>>> {

@@ -1,12 +1,10 @@
-//! The measured hot-water pipe (docs/diagnosis.md): its step tests as tables for `coldplate diagnose`, and machine files held
+//! The measured hot-water pipe (docs/how-to/diagnosis-examples.md): its step tests as tables for `coldplate diagnose`, and machine files held
 //! against a test. The measurements are not part of the project: FOLDER is where test_150801.csv and the others lie.
 //!
 //!     cargo bench --bench hot_water_pipe -- table FOLDER OUT.csv TEST[:SECONDS]...
 //!     cargo bench --bench hot_water_pipe -- compare FOLDER TEST[:SECONDS] FIGURE.svg NAME=MACHINE.toml...
 //!
 //! `TEST:SECONDS` takes the rows of a table up to that time, and what is compared from that time on.
-
-mod convert;
 
 use std::path::Path;
 
@@ -17,9 +15,10 @@ use coldplate_evidence::identify;
 use coldplate_evidence::measurement::{Data, whiten};
 use coldplate_explore::simulate::Start;
 use coldplate_figures::chart::draw_as;
-use coldplate_figures::chart::history::{Course, HistoryFigure};
+use coldplate_figures::chart::history::{HistoryFigure, HistoryLine};
 use coldplate_figures::chart::style::Quantity;
-use coldplate_solve::sensitivity::Study;
+use coldplate_solve::study::Study;
+use coldplate_testing::measured::hot_water_pipe;
 
 fn main() {
     // Cargo adds --bench to the arguments.
@@ -39,8 +38,8 @@ fn main() {
 }
 
 fn table(folder: &Path, out: &Path, tests: &[&str]) -> Result<()> {
-    atomic_file::write(out, convert::table(folder, tests)?.as_bytes())?;
-    atomic_file::write(&out.with_extension("toml"), convert::UNCERTAINTY.as_bytes())
+    atomic_file::write(out, hot_water_pipe::table(folder, tests)?.as_bytes())?;
+    atomic_file::write(&out.with_extension("toml"), hot_water_pipe::UNCERTAINTY.as_bytes())
 }
 
 fn compare(folder: &Path, test: &str, figure: &Path, machines: &[&str]) -> Result<()> {
@@ -49,7 +48,7 @@ fn compare(folder: &Path, test: &str, figure: &Path, machines: &[&str]) -> Resul
         None => (test, 0.0),
     };
     let path = std::env::temp_dir().join(format!("hot_water_pipe_{}_{name}.csv", std::process::id()));
-    atomic_file::write(&path, convert::table(folder, &[name])?.as_bytes())?;
+    atomic_file::write(&path, hot_water_pipe::table(folder, &[name])?.as_bytes())?;
     let mut courses = Vec::new();
     let mut times = Vec::new();
     for machine in machines {
@@ -64,9 +63,9 @@ fn compare(folder: &Path, test: &str, figure: &Path, machines: &[&str]) -> Resul
         let rmse = (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt();
         println!("{name} from {from} s, {} readings, {label}: root mean square error {rmse:.3} K", squares.len());
         if courses.is_empty() {
-            courses.push(Course { name: "measured".into(), values: measured });
+            courses.push(HistoryLine { name: "measured".into(), values: measured });
         }
-        courses.push(Course { name: label.into(), values: predicted });
+        courses.push(HistoryLine { name: label.into(), values: predicted });
     }
     std::fs::remove_file(&path).map_err(|e| Error::file("remove", &path, e))?;
     for course in &mut courses {

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """coldplate beside SMT, OpenTURNS, egobox and Dakota on the same rows and questions; called by scripts/peers.
 
-Prints Markdown, and with --page puts each table between its markers in docs/comparison.md.
+Prints Markdown, and with --page puts each table between its markers in docs/record/comparison.md.
 """
 
 import argparse
@@ -84,7 +84,7 @@ def main():
     parser.add_argument("--designs", type=int, default=3, help="designs of each table of a function")
     parser.add_argument("--machine-designs", type=int, default=3, help="designs of each table of the machine")
     parser.add_argument("--only", default="", help="contenders whose name has this")
-    parser.add_argument("--page", action="store_true", help="rewrite the tables of docs/comparison.md")
+    parser.add_argument("--page", action="store_true", help="rewrite the tables of docs/record/comparison.md")
     parser.add_argument("--part", choices=("fits", "questions"), help="one of the two parts (default: both)")
     arguments = parser.parse_args()
     arguments.coldplate, out = str(Path(arguments.coldplate).resolve()), arguments.out.resolve()
@@ -101,7 +101,7 @@ def main():
     for name, block in blocks.items():
         print(f"{name}\n\n{block}\n")
     if arguments.page:
-        into_page(PROJECT / "docs/comparison.md", blocks)
+        into_page(PROJECT / "docs/record/comparison.md", blocks)
 
 
 if __name__ == "__main__":

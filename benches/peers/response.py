@@ -1,6 +1,6 @@
 """A surrogate with its uncertainty, evaluated with numpy from `coldplate export --to json`: what the others draw from.
 
-    y = f(x) + J(x) z + common s + own b + fit e        z, s, b, e: standard normal, as docs/surrogate-format.md says
+    y = f(x) + J(x) z + common s + own b + fit e        z, s, b, e: standard normal, as docs/reference/surrogate-format.md says
 
 The limits are judged as they are stated: a spread is that of the hottest and coldest of all its points in each draw.
 """

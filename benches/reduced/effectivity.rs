@@ -4,11 +4,11 @@ use std::path::Path;
 
 use coldplate_base::progress::Silent;
 use coldplate_base::random::Random;
-use coldplate_describe::machine::{Condition, Variable};
+use coldplate_describe::machine::{Condition, DescribedVariable};
 use coldplate_network::Load;
-use coldplate_reduce::{Settings, reduce};
+use coldplate_reduce::{ReduceSettings, reduce};
 use coldplate_solve::Solver;
-use coldplate_solve::sensitivity::Study;
+use coldplate_solve::study::Study;
 use rayon::prelude::*;
 
 use super::plot;
@@ -83,7 +83,7 @@ pub fn run(count: usize) {
 }
 
 fn ranges(study: &Study) -> Vec<(f64, f64)> {
-    let range = |(i, v): (usize, &Variable)| match (v.range, USUAL.get(i), v.default) {
+    let range = |(i, v): (usize, &DescribedVariable)| match (v.range, USUAL.get(i), v.default) {
         (Some(range), ..) => range,
         (None, Some(usual), _) => *usual,
         (None, None, default) => {
@@ -97,7 +97,7 @@ fn one(machine: &str, cells: usize, count: usize) -> Found {
     let study = Study::read(format!("{MACHINES}/{machine}.toml"), &[], Some(cells)).unwrap_or_else(|e| panic!("{e}"));
     let (own, network) = (&study.model.machine, &study.model.network);
     let ranges = ranges(&study);
-    let settings = Settings {
+    let settings = ReduceSettings {
         accuracy: ACCURACY,
         ranges: ranges.clone(),
         with_parameters: false,

@@ -10,8 +10,8 @@ use coldplate_base::progress::Silent;
 use coldplate_base::random::Random;
 use coldplate_describe::machine::Condition;
 use coldplate_network::{Load, Network};
-use coldplate_reduce::{ReducedModel, Settings, reduce};
-use coldplate_solve::sensitivity::Study;
+use coldplate_reduce::{ReduceSettings, ReducedModel, reduce};
+use coldplate_solve::study::Study;
 use coldplate_solve::{Solver, System};
 use serde_json::json;
 
@@ -80,7 +80,7 @@ pub fn run(folder: &Path, cells: usize) {
     export(folder, network, &load, &lowest);
 
     let clock = Instant::now();
-    let settings = Settings {
+    let settings = ReduceSettings {
         accuracy: ACCURACY,
         ranges: ranges.clone(),
         with_parameters: false,

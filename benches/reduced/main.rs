@@ -1,4 +1,4 @@
-//! What reduced models are worth (docs/reduced.md).
+//! What reduced models are worth (docs/record/reduced.md).
 //!
 //!     cargo bench --bench reduced -- effectivity [CONDITIONS]   bound over error at random conditions, of every shipped machine, as
 //!                                                               a table and as docs/images/effectivity.svg

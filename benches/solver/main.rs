@@ -6,7 +6,7 @@
 //!     cargo bench --bench solver -- sweep [CELLS [CPR]]  further conditions beside the first, from a reduced model with its field too
 //!     cargo bench --bench solver -- cells                cells chosen for an accuracy beside cells of one size: docs/images/cells.svg
 //!
-//!     cargo test --release --test order -- --nocapture | cargo bench --bench solver -- convergence
+//!     cargo test --release -p coldplate-solve --test it order:: -- --nocapture | cargo bench --bench solver -- convergence
 //!                                                        the errors those tests print, as docs/images/convergence.svg
 //!
 //! `compare.py` beside this file solves the exported matrix with other programs and prints both.

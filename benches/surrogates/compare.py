@@ -31,7 +31,7 @@ HIGH = np.array([18.84, 24.0, 2500.0, 24.0])
 
 
 def rough(u):
-    """Wavy in two variables of four, mild in the others; on [-1, 1]^4. The same as in tests/fit/functions.rs."""
+    """Wavy in two variables of four, mild in the others; on [-1, 1]^4. The same as in crates/testing/src/fits.rs."""
     a, b, c, d = u.T
     return (
         np.sin(3 * a) * np.cos(2 * b)
@@ -42,7 +42,7 @@ def rough(u):
 
 
 def machine(x):
-    """A part cooled through a turbulent film, with radiation to the surroundings. The same as in tests/fit/functions.rs."""
+    """A part cooled through a turbulent film, with radiation to the surroundings. The same as in crates/testing/src/fits.rs."""
     flow, coolant, speed, ambient = x[:, 0] / 60e3, x[:, 1], x[:, 2], x[:, 3]
     d = 9.4e-3
     viscosity = 2.414e-5 * 10 ** (247.8 / (coolant + 133.15)) / 998.0

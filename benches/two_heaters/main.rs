@@ -1,14 +1,13 @@
-//! The measured runs of two heaters on a board (docs/diagnosis.md) as a table for `coldplate diagnose`. The measurements are not
+//! The measured runs of two heaters on a board (docs/how-to/diagnosis-examples.md) as a table for `coldplate diagnose`. The measurements are not
 //! part of the project: FOLDER is where step_1.csv and the others lie, LIMIT the noise that is stated of them, in kelvin.
 //!
 //!     cargo bench --bench two_heaters -- FOLDER OUT.csv LIMIT TEST...
-
-mod convert;
 
 use std::path::Path;
 
 use coldplate_base::atomic_file;
 use coldplate_base::error::{Error, Result};
+use coldplate_testing::measured::two_heaters;
 
 fn main() {
     // Cargo adds --bench to the arguments.
@@ -26,6 +25,6 @@ fn main() {
 
 fn table(folder: &Path, out: &Path, limit: &str, tests: &[&str]) -> Result<()> {
     let limit = limit.parse().map_err(|_| Error::input("this is no number of kelvin").read(limit))?;
-    atomic_file::write(out, convert::table(folder, tests)?.as_bytes())?;
-    atomic_file::write(&out.with_extension("toml"), convert::uncertainty(limit).as_bytes())
+    atomic_file::write(out, two_heaters::table(folder, tests)?.as_bytes())?;
+    atomic_file::write(&out.with_extension("toml"), two_heaters::uncertainty(limit).as_bytes())
 }

@@ -1,27 +1,16 @@
-//! Writes docs/validation.md and its figures from real runs: what of the published study is reproduced, improved, contradicted.
+//! Writes docs/record/validation.md and its figures from real runs: what of the published study is reproduced, improved, contradicted.
 //!
 //!     cargo bench --bench validation                 # all of it
 //!     cargo bench --bench validation -- rig fits     # prints these sections only, writes figures, not the page
-//!     cargo bench --bench validation -- tables       # writes docs/tables.md and data/paper/tables.csv
-//!     cargo bench --bench validation -- plan         # writes docs/test-plan.md
-
-mod common;
-mod fits;
-mod flow;
-mod machine;
-mod placement;
-mod plan;
-mod reasons;
-mod rig;
-mod settling;
-mod standstill;
-mod tables;
+//!     cargo bench --bench validation -- tables       # writes docs/record/paper-tables.md and data/paper/tables.csv
+//!     cargo bench --bench validation -- plan         # writes docs/record/test-plan.md
 
 use std::time::Instant;
 
 use coldplate_base::atomic_file;
 use coldplate_base::error::Result;
-use common::{Outcome, Section, project, wrapped};
+use coldplate_testing::validation::common::{Outcome, Section, project, wrapped, written};
+use coldplate_testing::validation::{fits, flow, machine, placement, plan, rig, settling, standstill, tables};
 
 type Make = fn() -> Result<Section>;
 
@@ -38,9 +27,7 @@ const SECTIONS: [(&str, &str, Make); 9] = [
     ("plan", "What to measure next", plan::section),
 ];
 
-const HEAD: &str = "# Validation
-
-The machines of this project follow a published study of a five-axis machine tool in vacuum. This page asks of each of its claims: does
+const HEAD: &str = "The machines of this project follow a published study of a five-axis machine tool in vacuum. This page asks of each of its claims: does
 the program find the same number (*reproduced*), does it know more or come nearer to the measurement (*improved*), or does the number
 contradict another one (*contradicted*)? Targets of this project that are not reached stand last.
 
@@ -48,15 +35,13 @@ In short: the rig's two contact conductances come out as published, and predict 
 belong to smaller areas than the published fluxes do, and they are determined only if nothing else joins motor and reducer. The whole
 machine is met within 0.34 K at 16 sensors once two numbers are identified, of which one is the heat of a bearing that the study puts a
 hundred times too small. Of the published prediction curves a part contradicts the rest, and no one machine can meet them all; one whose heats differ from table to table meets all but three
-([the paper's tables](tables.md)).
+([the paper's tables](paper-tables.md)).
 
-Every number and figure below comes from runs of one command:
-
-    cargo bench --bench validation
+Every number and figure below comes from runs of this command.
 
 Published numbers are in `data/paper/`, readings in `data/rig.csv` and `data/five_axis.csv`. Differences are predicted less measured;
 intervals hold with 95 % probability; *misfit* is the chi-square of the residuals, about as large as the degrees of freedom where model
-and data agree within the stated errors. Further words are in the [glossary](glossary.md).
+and data agree within the stated errors. Further words are in the [glossary](../glossary.md).
 
 ";
 
@@ -96,9 +81,9 @@ fn run() -> Result<()> {
         }
         overview += &format!("### {title}\n\n{}\n", lines.concat());
     }
-    let text = wrapped(&format!("{HEAD}{overview}{}\n", body.trim_end()));
+    let text = wrapped(&format!("# Validation\n\n{}{HEAD}{overview}{}\n", written("cargo bench --bench validation"), body.trim_end()));
     if chosen.is_empty() {
-        return atomic_file::write(&project("docs/validation.md"), text.as_bytes());
+        return atomic_file::write(&project("docs/record/validation.md"), text.as_bytes());
     }
     print!("{text}");
     Ok(())

@@ -7,12 +7,10 @@ use serde_json::json;
 use super::condition::ConditionArgs;
 use super::output::Output;
 use coldplate_base::error::{Error, Result};
-use coldplate_base::input;
 use coldplate_explore::sweep::SweepOptions;
-use coldplate_figures::chart::acceptability::Here;
+use coldplate_figures::chart::acceptability::MarkedCondition;
 use coldplate_jobs::charts::{draw_all, results::Results};
-use coldplate_jobs::figures;
-use coldplate_surrogate::fit::file;
+use coldplate_jobs::{FileKind, figures, open};
 use coldplate_surrogate::verdict::{self, Surrogate};
 use coldplate_tables::Table;
 
@@ -41,7 +39,7 @@ pub struct Args {
 /// # Errors
 /// A definition, surrogate or table that cannot be read, or a folder that cannot be written.
 pub fn run(args: &Args, out: Output) -> Result<u8> {
-    let is_definition = |path: &PathBuf| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
+    let is_definition = |path: &PathBuf| FileKind::by_name(path) == FileKind::Document;
     let files = match args.sources.as_slice() {
         definitions if definitions.iter().all(is_definition) => {
             if !args.map.is_empty() {
@@ -70,8 +68,8 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
 fn of_surrogate(args: &Args, source: &Path) -> Result<Vec<PathBuf>> {
     let is_folder = source.is_dir();
     let path = if is_folder { source.join(coldplate_jobs::SURROGATE) } else { source.to_path_buf() };
-    let bytes = input::read(&path).map_err(|e| e.help("`coldplate run SWEEP.toml` or `coldplate fit TABLE` writes a surrogate"))?;
-    let surrogate = file::open(&bytes).map_err(|e| e.in_file(&path))?;
+    let file = open(&path).map_err(|e| e.help("`coldplate run SWEEP.toml` or `coldplate fit TABLE` writes a surrogate"))?;
+    let surrogate = file.surrogate()?;
     let folder = args.out.clone().unwrap_or_else(|| path.parent().unwrap_or(Path::new(".")).to_path_buf());
     if !args.map.is_empty() {
         return map(args, &surrogate, &folder);
@@ -95,11 +93,11 @@ fn map(args: &Args, surrogate: &Surrogate<'_>, folder: &Path) -> Result<Vec<Path
     let given = verdict::condition::partial(surrogate, &args.condition.values()?)?;
     let given = verdict::condition::varied(surrogate, given)?;
     let here = match (given.get(across).copied().flatten(), given.get(up).copied().flatten()) {
-        (Some(x), Some(y)) => Some(Here { x, y, label: "asked for".into() }),
+        (Some(x), Some(y)) => Some(MarkedCondition { x, y, label: "asked for".into() }),
         _ => None,
     };
     let held: Vec<f64> = given.iter().zip(figures::centre(surrogate)).map(|(g, middle)| g.unwrap_or(middle)).collect();
-    let figure = figures::map(surrogate, across, up, &held, here, figures::Lines::Margin)?;
+    let figure = figures::map(surrogate, across, up, &held, here, figures::ContourQuantity::Margin)?;
     let charts = folder.join("charts");
     std::fs::create_dir_all(&charts).map_err(|e| Error::file("make", &charts, e))?;
     let written = coldplate_figures::chart::draw(charts.join("map"), &figure)?;

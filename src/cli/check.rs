@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use super::condition::ConditionArgs;
-use super::mesh_options::{CellsArgs, stated_cells};
+use super::mesh_options::{MeshArgs, stated_cells};
 use super::output::Output;
-use super::text::table;
+use super::text::{block, table};
 use coldplate_base::document::Document;
 use coldplate_base::error::{Error, Result};
 use coldplate_base::numbers::significant;
@@ -13,8 +13,9 @@ use coldplate_base::units::{self, Dimension};
 use coldplate_describe::machine::Machine;
 use coldplate_network::EnclosureViews;
 use coldplate_solve::meshed::described::UncertainRecord;
-use coldplate_solve::meshed::{Inventory, MeshedMachine, inventory};
-use coldplate_solve::sensitivity::{Study, UncertainNumber};
+use coldplate_solve::meshed::{ChannelEntry, ContactEntry, ImportEntry, Inventory, MeshedMachine, PartEntry, SourceEntry, inventory};
+use coldplate_solve::sensitivity::UncertainNumber;
+use coldplate_solve::study::Study;
 
 /// Inventory of a machine file
 #[derive(Debug, clap::Args)]
@@ -23,11 +24,8 @@ pub struct Args {
     machine: PathBuf,
     #[command(flatten)]
     condition: ConditionArgs,
-    /// Change a value of the machine file, KEY=VALUE
-    #[arg(long = "set", value_name = "KEY=VALUE")]
-    set: Vec<String>,
     #[command(flatten)]
-    cells: CellsArgs,
+    mesh: MeshArgs,
     /// Also say which coolant flow takes up the heat of all sources with this rise, such as "1 K"
     #[arg(long, value_name = "KELVIN", allow_hyphen_values = true)]
     rise: Option<String>,
@@ -38,13 +36,13 @@ pub struct Args {
 /// # Errors
 /// The machine file cannot be used.
 pub fn run(args: &Args, out: Output) -> Result<u8> {
-    let sets = args.cells.with(&args.set)?;
+    let sets = args.mesh.sets()?;
     let given = args.condition.values()?;
     let counting = |machine: &Machine| {
         args.condition.condition(machine).map(|c| vec![c]).or_else(|e| if given.is_empty() { machine.usual_conditions() } else { Err(e) })
     };
     let progress = out.progress();
-    let study = Study::for_conditions(Document::with_sets(&args.machine, &sets)?, args.cells.cells, counting, &progress)?;
+    let study = Study::for_conditions(Document::read(&args.machine)?.with_sets(&sets)?, args.mesh.cells, counting, &progress)?;
     drop(progress);
     let (model, uncertain) = (&study.model, study.uncertain()?);
     // Heats are shown where the condition is complete; an inventory needs none.
@@ -94,124 +92,108 @@ fn rise(text: &str) -> Result<f64> {
 }
 
 fn text(model: &MeshedMachine, found: &Inventory, uncertain: &[UncertainNumber]) -> String {
-    let mut text = format!("{}\n{}\n\n", model.machine.name, model.machine.description.trim());
-    let rows: Vec<Vec<String>> = found
-        .parts
-        .iter()
-        .map(|p| {
-            vec![
-                p.name.clone(),
-                p.material.clone(),
-                significant(p.mass, 4),
-                significant(p.capacity / 1e3, 4),
-                significant(p.radiating_area, 4),
-                p.cells.to_string(),
-            ]
-        })
-        .collect();
-    text += &table(&["part", "material", "mass kg", "capacity kJ/K", "radiating m2", "cells"], &rows);
-    let rows: Vec<Vec<String>> = found
-        .imports
-        .iter()
-        .map(|i| {
-            let surfaces: Vec<String> = i.surfaces.iter().map(|(name, area)| format!("{name} {}", significant(*area, 4))).collect();
-            let obtuse = format!("{:.1} %", 100.0 * i.obtuse);
-            vec![i.name.clone(), i.file.clone(), i.tetrahedra.to_string(), format!("{:.2}", i.worst_quality), obtuse, surfaces.join(", ")]
-        })
-        .collect();
-    if !rows.is_empty() {
-        text += "\n";
-        text += &table(&["imported", "mesh", "tetrahedra", "worst quality", "obtuse edges", "surfaces m2"], &rows);
+    let mut text = format!("{}\n{}\n", model.machine.name, model.machine.description.trim());
+    for stage in [parts, imports, contacts, channels, boundaries, sources] {
+        text += &stage(found);
     }
-    let rows: Vec<Vec<String>> = found
-        .contacts
-        .iter()
-        .map(|c| {
-            let conductance = if c.conductance.is_finite() { significant(c.conductance, 4) } else { "bonded".into() };
-            let note = if c.named { "" } else { "found, not named" };
-            vec![c.name.clone(), c.between.join(" - "), significant(c.area, 4), conductance, note.into()]
-        })
-        .collect();
-    if !rows.is_empty() {
-        text += "\n";
-        text += &table(&["contact", "between", "true area m2", "hA W/K", ""], &rows);
-    }
-    let rows: Vec<Vec<String>> = found
-        .channels
-        .iter()
-        .map(|c| {
-            let shown = |value: Option<f64>| value.map(|v| format!("{v:.0}")).unwrap_or_default();
-            vec![
-                c.name.clone(),
-                c.circuit.clone(),
-                format!("{:.3}", c.length),
-                format!("{:.1}", c.diameter * 1e3),
-                shown(c.reynolds),
-                shown(c.film),
-                shown(c.pressure_drop),
-            ]
-        })
-        .collect();
-    if !rows.is_empty() {
-        text += "\n";
-        text += &table(&["channel", "circuit", "length m", "d mm", "Re", "h W/(m2 K)", "drop Pa"], &rows);
-    }
+    text += &model.network.enclosures.iter().map(enclosure_text).collect::<String>();
+    text += &size(model);
+    let rows: Vec<Vec<String>> = model.machine.assumptions.iter().map(|a| vec![a.key.clone(), a.value.clone(), a.reason.clone()]).collect();
+    text += &block(&["assumed", "value", "because"], &rows);
+    text += &block(&["uncertain", "value", "standard deviation", ""], &uncertain.iter().map(uncertain_row).collect::<Vec<_>>());
+    text + &found.warnings.iter().map(|warning| format!("\nwarning: {warning}")).collect::<String>()
+}
+
+fn parts(found: &Inventory) -> String {
+    let row = |p: &PartEntry| {
+        vec![
+            p.name.clone(),
+            p.material.clone(),
+            significant(p.mass, 4),
+            significant(p.capacity / 1e3, 4),
+            significant(p.radiating_area, 4),
+            p.cells.to_string(),
+        ]
+    };
+    let heading = ["part", "material", "mass kg", "capacity kJ/K", "radiating m2", "cells"];
+    format!("\n{}", table(&heading, &found.parts.iter().map(row).collect::<Vec<_>>()))
+}
+
+fn imports(found: &Inventory) -> String {
+    let row = |i: &ImportEntry| {
+        let surfaces: Vec<String> = i.surfaces.iter().map(|(name, area)| format!("{name} {}", significant(*area, 4))).collect();
+        let obtuse = format!("{:.1} %", 100.0 * i.obtuse);
+        vec![i.name.clone(), i.file.clone(), i.tetrahedra.to_string(), format!("{:.2}", i.worst_quality), obtuse, surfaces.join(", ")]
+    };
+    let heading = ["imported", "mesh", "tetrahedra", "worst quality", "obtuse edges", "surfaces m2"];
+    block(&heading, &found.imports.iter().map(row).collect::<Vec<_>>())
+}
+
+fn contacts(found: &Inventory) -> String {
+    let row = |c: &ContactEntry| {
+        let conductance = if c.conductance.is_finite() { significant(c.conductance, 4) } else { "bonded".into() };
+        let note = if c.named { "" } else { "found, not named" };
+        vec![c.name.clone(), c.between.join(" - "), significant(c.area, 4), conductance, note.into()]
+    };
+    block(&["contact", "between", "true area m2", "hA W/K", ""], &found.contacts.iter().map(row).collect::<Vec<_>>())
+}
+
+fn channels(found: &Inventory) -> String {
+    let row = |c: &ChannelEntry| {
+        let shown = |value: Option<f64>| value.map(|v| format!("{v:.0}")).unwrap_or_default();
+        vec![
+            c.name.clone(),
+            c.circuit.clone(),
+            format!("{:.3}", c.length),
+            format!("{:.1}", c.diameter * 1e3),
+            shown(c.reynolds),
+            shown(c.film),
+            shown(c.pressure_drop),
+        ]
+    };
+    let heading = ["channel", "circuit", "length m", "d mm", "Re", "h W/(m2 K)", "drop Pa"];
+    block(&heading, &found.channels.iter().map(row).collect::<Vec<_>>())
+}
+
+fn boundaries(found: &Inventory) -> String {
     let rows: Vec<Vec<String>> = (found.boundaries.iter())
         .map(|b| {
             let covered = if b.covered > 0.0 { format!("{} % covered", significant(100.0 * b.covered, 3)) } else { String::new() };
             vec![b.name.clone(), b.faces.join(", "), b.prescribes.clone(), significant(b.area, 4), covered]
         })
         .collect();
-    if !rows.is_empty() {
-        text += "\n";
-        text += &table(&["boundary", "on", "prescribes", "acts on m2", ""], &rows);
-    }
-    if !found.sources.is_empty() {
-        let rows: Vec<Vec<String>> =
-            found.sources.iter().map(|s| vec![s.name.clone(), s.power.map(|p| format!("{p:.4}")).unwrap_or_default()]).collect();
-        text += "\n";
-        text += &table(&["source", "W"], &rows);
-    }
-    for enclosure in &model.network.enclosures {
-        text += &enclosure_text(enclosure);
-    }
+    block(&["boundary", "on", "prescribes", "acts on m2", ""], &rows)
+}
+
+fn sources(found: &Inventory) -> String {
+    let row = |s: &SourceEntry| vec![s.name.clone(), s.power.map(|p| format!("{p:.4}")).unwrap_or_default()];
+    block(&["source", "W"], &found.sources.iter().map(row).collect::<Vec<_>>())
+}
+
+/// Size of the model, and the errors that its cells were chosen for.
+fn size(model: &MeshedMachine) -> String {
     let size = if model.mesh.grids.is_empty() { String::new() } else { format!(" of {:.1} mm", model.mesh.element_size * 1e3) };
-    text += &format!(
+    let text = format!(
         "\n{} cells{size}, {} unknowns, {} sensors, {} limits\n",
         model.mesh.cells,
         model.network.nodes,
         model.network.sensors.len(),
         model.machine.limits.len()
     );
-    if let Some(chosen) = &model.chosen {
-        text += &format!(
-            "cells chosen to leave less than {} K open, at {} conditions; estimates from {} cells\n",
-            significant(chosen.accuracy, 3),
-            chosen.conditions,
-            chosen.checked_on
-        );
-        let sensors = model.network.sensor_names.iter().zip(&chosen.sensors);
-        let limits = model.machine.limits.iter().map(|l| &l.name).zip(&chosen.limits);
-        let of = |what: &str, (name, open): (&String, &Option<f64>)| Some(vec![name.clone(), what.into(), format!("{:.4}", (*open)?)]);
-        let rows: Vec<Vec<String>> = sensors.filter_map(|own| of("", own)).chain(limits.filter_map(|own| of("limit", own))).collect();
-        text += "\n";
-        text += &table(&["what the mesh leaves open", "", "K"], &rows);
-        text += &stated_cells(model, chosen).map(|note| format!("note: {note}\n")).collect::<String>();
-    }
-    if !model.machine.assumptions.is_empty() {
-        let rows: Vec<Vec<String>> =
-            model.machine.assumptions.iter().map(|a| vec![a.key.clone(), a.value.clone(), a.reason.clone()]).collect();
-        text += "\n";
-        text += &table(&["assumed", "value", "because"], &rows);
-    }
-    if !uncertain.is_empty() {
-        text += "\n";
-        text += &table(&["uncertain", "value", "standard deviation", ""], &uncertain.iter().map(uncertain_row).collect::<Vec<_>>());
-    }
-    for warning in &found.warnings {
-        text += &format!("\nwarning: {warning}");
-    }
-    text
+    let Some(chosen) = &model.chosen else { return text };
+    let sensors = model.network.sensor_names.iter().map(|name| (name, "")).zip(&chosen.sensors);
+    let limits = model.machine.limits.iter().map(|l| (&l.name, "limit")).zip(&chosen.limits);
+    let rows: Vec<Vec<String>> = (sensors.chain(limits))
+        .filter_map(|((name, what), open)| Some(vec![name.clone(), what.into(), format!("{:.4}", (*open)?)]))
+        .collect();
+    format!(
+        "{text}cells chosen to leave less than {} K open, at {} conditions; estimates from {} cells\n\n{}{}",
+        significant(chosen.accuracy, 3),
+        chosen.conditions,
+        chosen.checked_on,
+        table(&["what the mesh leaves open", "", "K"], &rows),
+        stated_cells(model, chosen).map(|note| format!("note: {note}\n")).collect::<String>()
+    )
 }
 
 fn uncertain_row(number: &UncertainNumber) -> Vec<String> {

@@ -1,5 +1,6 @@
 //! The condition variables as command-line options.
 
+use coldplate_base::condition;
 use coldplate_base::error::{Error, Result};
 use coldplate_describe::machine::{Condition, Machine};
 
@@ -30,14 +31,9 @@ impl ConditionArgs {
     /// # Errors
     /// An `--at` without `=`.
     pub fn values(&self) -> Result<Vec<(String, String)>> {
-        let four = [
-            ("coolant_flow", &self.coolant_flow),
-            ("coolant_temperature", &self.coolant_temperature),
-            ("motor_speed", &self.motor_speed),
-            ("ambient_temperature", &self.ambient_temperature),
-        ];
-        let mut values: Vec<(String, String)> =
-            four.into_iter().filter_map(|(name, value)| value.as_ref().map(|v| (name.to_string(), v.clone()))).collect();
+        let four = [&self.coolant_flow, &self.coolant_temperature, &self.motor_speed, &self.ambient_temperature];
+        let given = |(name, value): (&str, &Option<String>)| value.clone().map(|value| (name.to_string(), value));
+        let mut values: Vec<(String, String)> = condition::NAMES.into_iter().zip(four).filter_map(given).collect();
         for pair in &self.at {
             values.push(pair_of(pair, "--at")?);
         }

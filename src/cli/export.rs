@@ -9,11 +9,10 @@ use super::condition::{ConditionArgs, pair_of};
 use super::output::Output;
 use coldplate_base::atomic_file;
 use coldplate_base::error::{Error, Result};
-use coldplate_base::input;
-use coldplate_describe::machine::Machine;
-use coldplate_interchange::calculix::{InputDeck, Point};
+use coldplate_interchange::calculix::{DeckPoint, InputDeck};
+use coldplate_interchange::foreign;
+use coldplate_jobs::open;
 use coldplate_solve::meshed::MeshedMachine;
-use coldplate_surrogate::fit::file;
 use coldplate_tables::Table;
 
 /// A form in which another program reads a table.
@@ -25,8 +24,8 @@ struct TableForm {
 
 /// Forms of tables for other programs.
 const TABLES: [TableForm; 2] = [
-    TableForm { key: "dakota", ending: ".dat", write: Table::to_dakota },
-    TableForm { key: "openturns", ending: "_openturns.csv", write: Table::to_openturns },
+    TableForm { key: "dakota", ending: ".dat", write: foreign::dakota },
+    TableForm { key: "openturns", ending: "_openturns.csv", write: foreign::openturns },
 ];
 
 /// The target of a machine at one condition.
@@ -71,7 +70,7 @@ struct Record {
     written: Vec<WrittenFile>,
     /// Node of each sensor in an input deck.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    points: Vec<Point>,
+    points: Vec<DeckPoint>,
 }
 
 /// A file that was written.
@@ -109,8 +108,8 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         (target, false) => target,
     };
     machine_alone(args)?;
-    let bytes = input::read(&args.surrogate)?;
-    let surrogate = file::open(&bytes).map_err(|e| e.in_file(&args.surrogate))?;
+    let file = open(&args.surrogate)?;
+    let surrogate = file.surrogate()?;
     let name = args.name();
     let files = coldplate_export::export(&surrogate, target, &name).map_err(|e| {
         let error = Error::input(e.to_string());
@@ -150,12 +149,13 @@ fn table(args: &Args, form: &TableForm, out: Output) -> Result<u8> {
 /// Writes a machine at one condition as an input deck.
 fn machine(args: &Args, out: Output) -> Result<u8> {
     let sets = args.set.iter().map(|s| pair_of(s, "--set")).collect::<Result<Vec<_>>>()?;
-    if std::str::from_utf8(&input::read(&args.surrogate)?).is_err() {
+    let file = open(&args.surrogate)?;
+    if std::str::from_utf8(&file.bytes).is_err() {
         return Err(Error::input("this is no machine file")
             .in_file(&args.surrogate)
             .help("an input deck is written of a machine file in TOML"));
     }
-    let machine = Machine::read(&args.surrogate, &sets)?;
+    let machine = file.machine(&sets)?;
     let condition = args.condition.condition(&machine)?;
     let model = MeshedMachine::new(machine, args.cells)?;
     let state = model.steady(&condition)?;

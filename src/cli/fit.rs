@@ -6,11 +6,11 @@ use std::time::Instant;
 use super::output::Output;
 use super::text::table;
 use coldplate_base::error::{Error, Result};
-use coldplate_base::input;
 use coldplate_base::numbers::significant;
 use coldplate_explore::sweep::scope_of;
-use coldplate_jobs::fitting::{self, FitRecord};
-use coldplate_jobs::{model_text, moving, unit_of_errors};
+use coldplate_jobs::dynamics_fit::with_dynamics;
+use coldplate_jobs::fitting::{self, FitRecord, model_text, unit_of_errors};
+use coldplate_jobs::{FileKind, open};
 use coldplate_reduce::ReducedModel;
 use coldplate_surrogate::fit::{FitOptions, file};
 use coldplate_tables::Table;
@@ -84,7 +84,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         fitting::with_followed(&mut fit, scope.as_ref(), Some(&Table::read(path)?)).map_err(|e| e.in_file(path))?;
     }
     if let Some((path, model)) = args.dynamics.as_ref().zip(model) {
-        moving::with_dynamics(&mut fit.surrogate, &model, &out.progress()).map_err(|e| e.in_file(path))?;
+        with_dynamics(&mut fit.surrogate, &model, &out.progress()).map_err(|e| e.in_file(path))?;
     }
     let path = args.out.clone().unwrap_or_else(|| args.table.with_extension("cps"));
     file::write(&fit.surrogate, &path)?;
@@ -124,12 +124,11 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
 
 /// The reduced model in a file.
 fn reduced_model(path: &Path) -> Result<ReducedModel> {
-    let Some(bytes) = super::reduced::bytes(path, &[])? else {
-        // A missing file gets its own message.
-        input::read(path)?;
+    let file = open(path)?;
+    if file.kind != FileKind::ReducedModel {
         return Err(Error::input("this is no reduced model").in_file(path).help("make one with `coldplate reduce MACHINE --histories`"));
-    };
-    ReducedModel::from_bytes(&bytes).map_err(|e| e.in_file(path))
+    }
+    file.reduced_model()
 }
 
 /// A table that belongs to the one to be fitted: the stated one, or the one called `name` beside the results of a

@@ -2,6 +2,7 @@
 //! options.
 
 use clap::{Arg, Command, CommandFactory};
+use coldplate_base::condition::{AMBIENT_TEMPERATURE, COOLANT_FLOW, COOLANT_TEMPERATURE, MOTOR_SPEED};
 
 /// Commands as a user would type them in the project's folder; each is tried by a test, in this order.
 pub const EXAMPLES: &[(&str, &[&str])] = &[
@@ -84,7 +85,7 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
 
 /// Options by subject. A name with a command belongs to that command alone.
 const HEADINGS: &[(&str, &[&str])] = &[
-    ("Condition", &["coolant_flow", "coolant_temperature", "motor_speed", "ambient_temperature", "at"]),
+    ("Condition", &[COOLANT_FLOW, COOLANT_TEMPERATURE, MOTOR_SPEED, AMBIENT_TEMPERATURE, "at"]),
     ("Machine", &["set", "cells", "machine", "full", "mesh_accuracy", "mesh_tolerance", "no_mesh_error"]),
     (
         "Data",

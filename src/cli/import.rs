@@ -9,8 +9,9 @@ use super::output::Output;
 use coldplate_base::error::{Error, Result};
 use coldplate_base::input;
 use coldplate_base::numbers::significant;
-use coldplate_interchange::vtu_series::{self, Conditions, Names, PointOf, ReadAt};
-use coldplate_tables::{Table, UnitOf};
+use coldplate_interchange::foreign::{self, UnitOf};
+use coldplate_interchange::vtu_series::{self, Conditions, NamePattern, PointOf, ReadAt};
+use coldplate_tables::Table;
 
 /// Results of a study in COMSOL, Ansys Workbench, optiSLang or Dakota, any CSV, or a series of VTU files, as a table with units
 #[derive(Debug, clap::Args)]
@@ -113,7 +114,7 @@ fn of_table(args: &Args, units: &[UnitOf]) -> Result<Table> {
             .help("export its designs as CSV in optiSLang (the node 'Design Export'), and import that"));
     }
     let text = input::text(path).map_err(|e| e.help("check the path"))?;
-    let table = Table::from_foreign(&text, path, units, &args.inputs)?;
+    let table = foreign::read(&text, path, units, &args.inputs)?;
     if table.columns.is_empty() {
         return Err(Error::input("no column has a unit, so none is numbers")
             .in_file(path)
@@ -131,7 +132,7 @@ fn of_vtu(args: &Args, units: &[UnitOf]) -> Result<(Table, Vec<ReadAt>)> {
     let points = args.points.iter().map(|text| PointOf::parse(text)).collect::<Result<Vec<_>>>()?;
     let conditions = match (&args.conditions, &args.names) {
         (Some(path), _) => Conditions::Table(Box::new(Table::read(path)?), path.clone()),
-        (_, Some(names)) => Conditions::Names(Names::parse(names)?),
+        (_, Some(names)) => Conditions::Names(NamePattern::parse(names)?),
         _ => {
             let help = "--conditions FILE.csv with a column `file`, or --names \"rig_{{coolant_flow:L/min}}.vtu\"";
             return Err(Error::input("where the conditions of the files stand is not said").help(help));

@@ -1,34 +1,48 @@
-//! Fineness of the mesh, as command-line options.
+//! Values and mesh of a machine file, as command-line options.
 
 use super::condition::pair_of;
-use coldplate_base::error::Result;
+use coldplate_base::error::{Error, Result};
 use coldplate_base::numbers::significant;
+use coldplate_jobs::{FileKind, OpenFile};
 use coldplate_solve::meshed::{ChosenCells, MeshedMachine};
 
-/// Number of cells, or the error that the cells may leave.
+/// Changed values, and the number of cells or the error that the cells may leave.
 #[derive(Debug, Clone, Default, clap::Args)]
-pub struct CellsArgs {
+pub struct MeshArgs {
+    /// Change a value of the machine file, for example contact.motor.conductance="560 W/(m2 K)"
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
     /// About how many cells (default: the machine file's own)
     #[arg(long, value_name = "N")]
     pub cells: Option<usize>,
     /// Instead of --cells: choose cells for an error below this in every reading
     #[arg(id = "mesh_accuracy", long = "accuracy", value_name = "KELVIN", allow_hyphen_values = true, conflicts_with = "cells")]
-    pub accuracy: Option<String>,
+    accuracy: Option<String>,
 }
 
-impl CellsArgs {
-    /// `--set` pairs with the accuracy among them, which is a key of the machine file.
+impl MeshArgs {
+    /// Changed keys and their values, with the accuracy among them, which is a key of the machine file.
     ///
     /// # Errors
     /// A pair without `=`.
-    pub fn with(&self, sets: &[String]) -> Result<Vec<(String, String)>> {
+    pub fn sets(&self) -> Result<Vec<(String, String)>> {
         let accuracy = self.accuracy.iter().map(|text| Ok(("mesh.accuracy".to_string(), text.clone())));
-        sets.iter().map(|s| pair_of(s, "--set")).chain(accuracy).collect()
+        self.set.iter().map(|s| pair_of(s, "--set")).chain(accuracy).collect()
     }
 
-    /// Name of the given option, and whether one is given.
-    pub fn given(&self) -> (&'static str, bool) {
-        (if self.accuracy.is_some() { "--accuracy" } else { "--cells" }, self.cells.is_some() || self.accuracy.is_some())
+    /// Refuses options of a machine file (these, and `more` by name and whether given) for a file that has its machine built in.
+    ///
+    /// # Errors
+    /// One of the options is given.
+    pub fn refuse(&self, file: &OpenFile, more: &[(&str, bool)]) -> Result<()> {
+        let own = [("--set", !self.set.is_empty()), ("--cells", self.cells.is_some()), ("--accuracy", self.accuracy.is_some())];
+        let Some((option, _)) = own.iter().chain(more).find(|(_, is_given)| *is_given) else { return Ok(()) };
+        let refused = |what: &str| Error::input(what).at_key(*option).in_file(&file.path);
+        Err(match file.kind {
+            FileKind::Surrogate => refused("a surrogate has its machine built in"),
+            _ => refused("a reduced model has its machine and its mesh built in")
+                .help("take the machine file itself, or make another model with `coldplate reduce`"),
+        })
     }
 }
 

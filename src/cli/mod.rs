@@ -22,7 +22,6 @@ mod output;
 mod predict;
 mod query;
 mod reduce;
-mod reduced;
 mod run;
 mod schema;
 mod sensitivity;

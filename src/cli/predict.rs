@@ -2,16 +2,16 @@
 
 use std::path::PathBuf;
 
-use super::mesh_options::CellsArgs;
+use super::mesh_options::MeshArgs;
 use super::output::Output;
 use super::text::table;
 use coldplate_base::atomic_file;
 use coldplate_base::error::{Error, Result};
 use coldplate_base::units::Measurand;
+use coldplate_evidence::faults::{self, Fault};
 use coldplate_evidence::given;
-use coldplate_evidence::measurement::faults::{self, Fault};
-use coldplate_evidence::residuals::{PredictRecord, Residuals, Spread};
-use coldplate_solve::sensitivity::Study;
+use coldplate_evidence::residuals::{PredictRecord, PredictedReadings, ResidualSpread};
+use coldplate_solve::study::Study;
 
 /// A machine beside measured data: prediction, residual, RMSE per test and per sensor; nothing is fitted or judged
 #[derive(Debug, clap::Args)]
@@ -39,11 +39,8 @@ pub struct Args {
     /// Use every reading, faulty ones too (default: faulty readings are named and left out)
     #[arg(long)]
     keep_all: bool,
-    /// Change a value of the machine file first
-    #[arg(long = "set", value_name = "KEY=VALUE")]
-    set: Vec<String>,
     #[command(flatten)]
-    cells: CellsArgs,
+    mesh: MeshArgs,
 }
 
 /// Most readings that are shown one by one, a count. Chosen: longer tables say little to a reader.
@@ -54,8 +51,8 @@ const MOST_SHOWN: usize = 60;
 /// # Errors
 /// Bad input, or numerics that failed.
 pub fn run(args: &Args, out: Output) -> Result<u8> {
-    let sets = args.cells.with(&args.set)?;
-    let study = Study::read(&args.machine, &sets, args.cells.cells)?;
+    let sets = args.mesh.sets()?;
+    let study = Study::read(&args.machine, &sets, args.mesh.cells)?;
     let start = given::start(&args.from)?;
     if let Some(path) = &args.out {
         if args.data.as_ref().is_some_and(|data| data.canonicalize().is_ok_and(|d| path.canonicalize().is_ok_and(|p| p == d))) {
@@ -72,7 +69,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     data.notes.iter().for_each(|note| out.note(&format!("note: {note}")));
     let uncertainty = given::stated(args.data.as_deref(), &args.machine, &data, &study.model.machine)?;
     let faults = given::clear(&mut data, &study, &uncertainty, start, args.keep_all)?;
-    let found = Residuals::of(&study, data, start)?;
+    let found = PredictedReadings::of(&study, data, start)?;
     if let Some(path) = &args.out {
         let series = found.table(&study)?;
         if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("parquet")) {
@@ -88,7 +85,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     Ok(0)
 }
 
-fn text(found: &Residuals, study: &Study) -> String {
+fn text(found: &PredictedReadings, study: &Study) -> String {
     let mut text = format!("{}\n", study.model.machine.name);
     let is_mixed = found.measurands.contains(&Measurand::Displacement);
     // In a table with temperatures, displacements carry their unit.
@@ -115,7 +112,7 @@ fn text(found: &Residuals, study: &Study) -> String {
         };
         text += &table(heading, &rows);
     }
-    let of = |(name, s): &(String, Spread)| {
+    let of = |(name, s): &(String, ResidualSpread)| {
         let kelvins = s.temperatures.as_ref().map(|t| [t.rmse_K, t.mean_K, t.largest_K]);
         let micrometres = s.displacements.as_ref().map(|d| [d.rmse_um, d.mean_um, d.largest_um]);
         let cells = |of: Option<[f64; 3]>| {

@@ -13,8 +13,8 @@ use coldplate_base::units::Measurand;
 use coldplate_base::units::{self, Dimension};
 use coldplate_describe::machine::Machine;
 use coldplate_jobs::reduced::{MadeRecord, ranges};
-use coldplate_reduce::{Made, ReducedModel, Settings, reduce};
-use coldplate_solve::sensitivity::Study;
+use coldplate_reduce::{Made, ReduceSettings, ReducedModel, reduce};
+use coldplate_solve::study::Study;
 
 /// A reduced model: any condition of the ranges in milliseconds, with a bound on every reading
 #[derive(Debug, clap::Args)]
@@ -87,7 +87,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     }
     let stated = args.range.iter().map(|text| pair_of(text, "--range")).collect::<Result<Vec<_>>>()?;
     let ranges = ranges(&study.model.machine.variables, args.vary.as_deref(), &stated).map_err(|e| e.in_file(&args.machine))?;
-    let settings = Settings {
+    let settings = ReduceSettings {
         accuracy,
         ranges,
         with_parameters: args.uncertain,

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use serde_json::json;
 
 use super::output::Output;
-use super::sweep::{Cluster, folder_of, opened, parts, rounds, warn_of};
+use super::sweep::{Cluster, SweepArgs, parts, rounds, warn_of};
 use super::text::table;
 use coldplate_base::error::Result;
 use coldplate_base::numbers::significant;
@@ -17,21 +17,11 @@ use coldplate_jobs::{PointSummary, Summary, TARGET};
 pub struct Args {
     /// Sweep file
     sweep: PathBuf,
-    /// Folder for the results (default: out/NAME, after the sweep file)
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
-    /// About how many cells (default: the sweep file's, or else the machine file's own)
-    #[arg(long, value_name = "N")]
-    cells: Option<usize>,
-    /// Change a value of the machine file, KEY=VALUE
-    #[arg(long = "set", value_name = "KEY=VALUE")]
-    set: Vec<String>,
+    #[command(flatten)]
+    asked: SweepArgs,
     /// Run conditions again that failed before
     #[arg(long)]
     retry_failed: bool,
-    /// Solve every condition in full, whatever accuracy the sweep file asks for
-    #[arg(long)]
-    full: bool,
     #[command(flatten)]
     cluster: Cluster,
 }
@@ -41,13 +31,13 @@ pub struct Args {
 /// # Errors
 /// Bad input, numerics that failed everywhere, or a folder that cannot be written.
 pub fn run(args: &Args, out: Output) -> Result<u8> {
-    let sweep = opened(&args.sweep, args.cells, &args.set, args.full)?;
-    let folder = folder_of(&args.sweep, args.out.as_deref());
+    let sweep = args.asked.open(&args.sweep)?;
+    let folder = args.asked.folder(&args.sweep);
     let more =
         sweep.plan.growth.as_ref().map_or_else(String::new, |growth| format!(", then more until {} K are reached,", growth.accuracy));
     out.note(&format!("{}: {} conditions{more} {}", sweep.plan.name, sweep.plan.conditions.len(), sweep.solver_in_words()));
     let progress = out.progress();
-    let typed = parts::Typed { sweep: &args.sweep, cells: args.cells, set: &args.set, full: args.full };
+    let typed = parts::Typed { sweep: &args.sweep, asked: &args.asked };
     let slurm = parts::on_slurm(&sweep, &typed, &args.cluster, &folder, args.retry_failed, out)?;
     // Conditions that failed on the cluster were tried again there.
     let retry_failed = args.retry_failed && slurm.is_none();

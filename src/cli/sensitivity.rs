@@ -4,14 +4,17 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use super::condition::ConditionArgs;
-use super::draws::Draws;
-use super::mesh_options::CellsArgs;
+use super::draws;
+use super::mesh_options::MeshArgs;
 use super::output::Output;
 use super::text::table;
 use coldplate_base::error::{Error, Result};
 use coldplate_base::numbers::significant;
-use coldplate_jobs::sensitivity::{Row, Sensitivities};
-use coldplate_solve::sensitivity::{Derivatives, Jacobian, Kind, Parameter, Study, UNEVEN};
+use coldplate_jobs::reduced_slopes::Draws;
+use coldplate_jobs::sensitivity::{Sensitivities, SensitivityRow};
+use coldplate_jobs::{FileKind, open};
+use coldplate_solve::sensitivity::{DerivativeTable, Derivatives, UNEVEN};
+use coldplate_solve::study::{MachineParameter, ParameterKind, Study};
 
 /// Derivatives of readings with respect to conditions and numbers of the machine file
 #[derive(Debug, clap::Args)]
@@ -30,11 +33,8 @@ pub struct Args {
     /// Rows shown for each sensor in the text; the rest is in --json
     #[arg(long, value_name = "N", default_value_t = 12)]
     top: usize,
-    /// Change a value of the machine file, for example contact.motor.conductance="560 W/(m2 K)"
-    #[arg(long = "set", value_name = "KEY=VALUE")]
-    set: Vec<String>,
     #[command(flatten)]
-    cells: CellsArgs,
+    mesh: MeshArgs,
     /// For a reduced model: spread of the readings over this number of draws of its parameters
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=10_000_000))]
     draws: Option<u32>,
@@ -52,17 +52,17 @@ pub struct Args {
 /// Bad input, or numerics that failed.
 pub fn run(args: &Args, out: Output) -> Result<u8> {
     let start = Instant::now();
-    let of_machine = [("--set", !args.set.is_empty()), args.cells.given(), ("--to", !args.to.is_empty())];
-    if let Some(bytes) = super::reduced::bytes(&args.machine, &of_machine)? {
+    let file = open(&args.machine).map_err(|e| e.help("check the path"))?;
+    if file.kind == FileKind::ReducedModel {
+        args.mesh.refuse(&file, &[("--to", !args.to.is_empty())])?;
         let draws = Draws { count: args.draws.map(|count| count as usize), seed: args.seed, in_full: args.full };
-        return super::draws::run(&args.machine, &bytes, &args.condition, (draws, &args.sensor), out);
+        return draws::run(&file, &args.condition, draws, &args.sensor, out);
     }
     if args.draws.is_some() {
         let error = Error::input("draws are taken of a reduced model").at_key("--draws").in_file(&args.machine);
         return Err(error.help("make one: `coldplate reduce MACHINE --uncertain`; --full solves its draws in full"));
     }
-    let sets = args.cells.with(&args.set)?;
-    let study = Study::read(&args.machine, &sets, args.cells.cells)?;
+    let study = Study::new(file.document(&args.mesh.sets()?)?, args.mesh.cells)?;
     let condition = args.condition.condition(&study.model.machine)?;
     let all = Sensitivities::of(&study, &condition, &args.sensor, &args.to)?;
     let Sensitivities { at, rows, parameters, found } = &all;
@@ -81,7 +81,14 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     Ok(0)
 }
 
-fn text(at: &Derivatives<'_>, rows: &[Row], parameters: &[Parameter], found: &Jacobian, top: usize, seconds: f64) -> String {
+fn text(
+    at: &Derivatives<'_>,
+    rows: &[SensitivityRow],
+    parameters: &[MachineParameter],
+    found: &DerivativeTable,
+    top: usize,
+    seconds: f64,
+) -> String {
     let mut text = format!("{}\n", at.study.model.machine.name);
     for (row, slopes) in rows.iter().zip(&found.slopes) {
         text += &format!("\n{}: {:.3} {}\n", row.name, row.value, if row.is_absolute { "degC" } else { "K" });
@@ -96,14 +103,14 @@ fn text(at: &Derivatives<'_>, rows: &[Row], parameters: &[Parameter], found: &Ja
                 let value = at.value_of(parameter);
                 let unit = parameter.step_unit();
                 let per = match parameter.kind {
-                    Kind::Factor => "K per +100 %".to_string(),
+                    ParameterKind::Factor => "K per +100 %".to_string(),
                     _ => format!("K per {unit}"),
                 };
                 let percent = parameter.per_percent(slope, value);
                 vec![
                     parameter.name.clone(),
                     match parameter.kind {
-                        Kind::Factor | Kind::Offset => "as written".into(),
+                        ParameterKind::Factor | ParameterKind::Offset => "as written".into(),
                         _ if parameter.unit == "1" => significant(parameter.shown(value), 5),
                         _ => format!("{} {}", significant(parameter.shown(value), 5), parameter.unit),
                     },

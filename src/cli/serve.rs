@@ -16,8 +16,8 @@ use coldplate_base::error::{Error, Kind, Result};
 use coldplate_base::input;
 use coldplate_jobs::info::Info;
 use coldplate_jobs::service::{Book, read};
-use coldplate_surrogate::verdict::question::{Batch, BatchRecord, Question, ReplyRecord};
-use coldplate_surrogate::verdict::stream::Form;
+use coldplate_surrogate::verdict::question::{BatchQuestion, BatchRecord, Question, ReplyRecord};
+use coldplate_surrogate::verdict::stream::AnswerForm;
 
 /// Answers over HTTP: surrogates for other programs, and as pages
 #[derive(Debug, clap::Args)]
@@ -192,7 +192,7 @@ impl Answers for Shelf {
                 Work::Long(Box::new(move || book.answer(&question).map(one).map_err(refusal)))
             }
             Ask::Batch(body) => Work::Long(Box::new(move || {
-                let batch: Batch = read(&body).map_err(refusal)?;
+                let batch: BatchQuestion = read(&body).map_err(refusal)?;
                 let content = book.answers(&batch).map_err(refusal)?;
                 Ok(Reply { content, conditions: batch.conditions.len() })
             })),
@@ -219,7 +219,7 @@ impl Answers for Shelf {
         let (mut asked, mut told) = (asked.clone().for_deserialize().into_generator(), asked.for_serialize().into_generator());
         let roots = [
             ("Question", asked.subschema_for::<Question>()),
-            ("Batch", asked.subschema_for::<Batch>()),
+            ("Batch", asked.subschema_for::<BatchQuestion>()),
             ("Answer", told.subschema_for::<ReplyRecord>()),
             ("Answers", told.subschema_for::<BatchRecord>()),
             ("Info", told.subschema_for::<Info>()),
@@ -233,8 +233,8 @@ impl Answers for Shelf {
 }
 
 /// The options of a table: those of `coldplate query --csv`.
-fn form(options: Vec<(String, String)>) -> Result<Form> {
-    let mut form = Form { confidence: CONFIDENCE, ..Form::default() };
+fn form(options: Vec<(String, String)>) -> Result<AnswerForm> {
+    let mut form = AnswerForm { confidence: CONFIDENCE, ..AnswerForm::default() };
     for (name, text) in options {
         let wrong = |what: &str| Err(Error::input(what).at_key(name.clone()).read(&text));
         match name.as_str() {

@@ -6,25 +6,23 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::condition::{ConditionArgs, pair_of};
-use super::mesh_options::CellsArgs;
+use super::mesh_options::MeshArgs;
 use super::output::{self, Output};
 use super::text::table;
 use coldplate_base::error::{Error, Result, did_you_mean};
-use coldplate_base::input;
 use coldplate_base::numbers::{duration, significant};
 use coldplate_base::units::{Dimension, Measurand, express, parse};
 use coldplate_describe::machine::{Machine, Sensor};
 use coldplate_explore::schedule::{self, Schedule};
 use coldplate_explore::simulate::drift::{Drift, Tilt};
-use coldplate_explore::simulate::{self, Crossing, History, LimitCourse, Passed, Start, Subject, Watch};
+use coldplate_explore::simulate::{self, FirstPassings, History, LimitCourse, Passed, SimulatedMachine, Start, Watch};
 use coldplate_figures::chart::draw_as;
 use coldplate_figures::chart::output::check_name;
-use coldplate_jobs::moving::Moving;
-use coldplate_jobs::{course, drift_report};
+use coldplate_jobs::charts::history;
+use coldplate_jobs::surrogate_run::SurrogateRun;
+use coldplate_jobs::{FileKind, OpenFile, drift_report, open};
 use coldplate_network::HeatMeter;
-use coldplate_reduce::ReducedModel;
 use coldplate_solve::meshed::MeshedMachine;
-use coldplate_surrogate::fit::file::open;
 use coldplate_tables::Table;
 
 /// Temperatures over time, through a schedule of conditions
@@ -64,11 +62,8 @@ pub struct Args {
     /// Write how far displacements drift, as tests of machine tools report it (ISO 230-3): one HTML file
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
-    /// Change a value of the machine file, for example contact.motor.conductance="560 W/(m2 K)"
-    #[arg(long = "set", value_name = "KEY=VALUE")]
-    set: Vec<String>,
     #[command(flatten)]
-    cells: CellsArgs,
+    mesh: MeshArgs,
     /// Error allowed in each time step
     #[arg(long, value_name = "DIFFERENCE", default_value = "0.01 K")]
     tolerance: String,
@@ -109,15 +104,17 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         Table::check_name(path).map_err(|e| e.at_key("--out"))?;
     }
     let mut options = options(args)?;
-    if let Some(bytes) = surrogate_bytes(&args.machine)? {
-        return of_surrogate(&bytes, args, options, start, out);
+    let file = open(&args.machine).map_err(|e| e.help("check the path"))?;
+    if matches!(file.kind, FileKind::Surrogate | FileKind::ReducedModel) {
+        args.mesh.refuse(&file, &[])?;
     }
-    let sets = args.cells.with(&args.set)?;
-    let reduced = super::reduced::bytes(&args.machine, &[("--set", !args.set.is_empty()), args.cells.given()])?;
-    let reduced = reduced.map(|bytes| ReducedModel::from_bytes(&bytes).map_err(|e| e.in_file(&args.machine))).transpose()?;
+    if file.kind == FileKind::Surrogate {
+        return of_surrogate(&file, args, options, start, out);
+    }
+    let reduced = if file.kind == FileKind::ReducedModel { Some(file.reduced_model()?) } else { None };
     let machine = match &reduced {
         Some(model) => model.machine.clone(),
-        None => Machine::read(&args.machine, &sets)?,
+        None => file.machine(&args.mesh.sets()?)?,
     };
     let names: Vec<&str> = machine.sensors.iter().map(|s| s.name.as_str()).collect();
     let measurands: Vec<Measurand> = machine.sensors.iter().map(Sensor::measurand).collect();
@@ -129,13 +126,13 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     notes(&machine, &schedule, out);
     if let Some(model) = &reduced {
         let history = simulate::run_reduced(model, &schedule, &options)?;
-        return tell(&Subject::from(model), &history, args, start, out);
+        return tell(&SimulatedMachine::from(model), &history, args, start, out);
     }
     if args.resume && options.checkpoint.as_ref().is_some_and(|path| !path.exists()) {
         out.note("note: there is no checkpoint yet; beginning at the beginning");
     }
     let progress = out.progress();
-    let model = MeshedMachine::for_conditions(machine, args.cells.cells, |_| Ok(schedule.far_apart(CHOSEN_AT)), &progress)?;
+    let model = MeshedMachine::for_conditions(machine, args.mesh.cells, |_| Ok(schedule.far_apart(CHOSEN_AT)), &progress)?;
     drop(progress);
     let bar = progress_bar(schedule.start(), schedule.end(), out);
     let history = simulate::run(&model, &schedule, &options, &mut |seen| {
@@ -146,22 +143,13 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     if let Some(time) = history.resumed_at {
         out.note(&format!("went on from the checkpoint at {}", duration(time)));
     }
-    tell(&Subject::from(&model), &history, args, start, out)
-}
-
-/// The bytes of a surrogate file, if it is one.
-fn surrogate_bytes(path: &Path) -> Result<Option<Vec<u8>>> {
-    if input::begins_with(path, &coldplate_runtime::format::MAGIC) { input::read(path).map(Some) } else { Ok(None) }
+    tell(&SimulatedMachine::from(&model), &history, args, start, out)
 }
 
 /// A schedule run through a surrogate.
-fn of_surrogate(bytes: &[u8], args: &Args, mut options: simulate::SimulateOptions, start: Instant, out: Output) -> Result<u8> {
-    if !args.set.is_empty() || args.cells.given().1 {
-        let option = if args.cells.given().1 { args.cells.given().0 } else { "--set" };
-        return Err(Error::input("a surrogate has its machine built in").at_key(option).in_file(&args.machine));
-    }
-    let surrogate = open(bytes).map_err(|e| e.in_file(&args.machine))?;
-    let mut model = Moving::new(&surrogate).map_err(|e| e.in_file(&args.machine))?;
+fn of_surrogate(file: &OpenFile, args: &Args, mut options: simulate::SimulateOptions, start: Instant, out: Output) -> Result<u8> {
+    let surrogate = file.surrogate()?;
+    let mut model = SurrogateRun::new(&surrogate).map_err(|e| e.in_file(&args.machine))?;
     let quantities = model.quantities();
     options.watched = args.passes.iter().map(|text| watch(text, &quantities.sensors, model.subject().measurands)).collect::<Result<_>>()?;
     let (table, lines) = Table::read_with_lines(&args.schedule)?;
@@ -183,7 +171,7 @@ fn rows(args: &Args) -> Result<schedule::ScheduleOptions> {
 }
 
 /// Writes, draws and reports a history.
-fn tell(model: &Subject<'_>, history: &History, args: &Args, start: Instant, out: Output) -> Result<u8> {
+fn tell(model: &SimulatedMachine<'_>, history: &History, args: &Args, start: Instant, out: Output) -> Result<u8> {
     history.notes.iter().for_each(|note| out.note(&format!("warning: {note}")));
     let series = history.table(model)?;
     if let Some(path) = &args.out {
@@ -191,7 +179,7 @@ fn tell(model: &Subject<'_>, history: &History, args: &Args, start: Instant, out
         out.note(&format!("wrote {}", path.display()));
     }
     if let Some(path) = &args.chart {
-        draw_as(path, &course::figure(model, history, vec![format!("schedule: {}", args.schedule.display())]))?;
+        draw_as(path, &history::figure(model, history, vec![format!("schedule: {}", args.schedule.display())]))?;
         out.note(&format!("wrote {}", path.display()));
     }
     if let Some(path) = &args.report {
@@ -327,7 +315,7 @@ fn limit_row(limit: &LimitCourse) -> Vec<String> {
     ]
 }
 
-fn text(model: &Subject<'_>, history: &History, seconds: f64) -> String {
+fn text(model: &SimulatedMachine<'_>, history: &History, seconds: f64) -> String {
     let (start, end) = (history.times.first().copied().unwrap_or(0.0), history.times.last().copied().unwrap_or(0.0));
     let mut text = format!("{}\n{} from {} to {}\n\n", model.name, duration(end - start), duration(start), duration(end));
     let near = history.within;
@@ -375,7 +363,7 @@ fn text(model: &Subject<'_>, history: &History, seconds: f64) -> String {
         text += &table(&["tilt urad", "about", "range", "first hour", "to the end", "to steady", "within 10 % after"], &tilts);
     }
     text += "\n";
-    let pass = |c: &Crossing| {
+    let pass = |c: &FirstPassings| {
         let at = |passed: Option<Passed>| passed.map_or("never".into(), moment);
         let value = significant(model.measurands[c.watch.sensor].shown(c.watch.value), 4) + &unit(c.watch.sensor);
         vec![model.sensors[c.watch.sensor].clone(), value, at(c.rising), at(c.falling)]

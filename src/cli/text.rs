@@ -38,3 +38,8 @@ pub fn table(heading: &[&str], rows: &[Vec<String>]) -> String {
     }
     text
 }
+
+/// A table behind a blank line; nothing without rows.
+pub fn block(heading: &[&str], rows: &[Vec<String>]) -> String {
+    if rows.is_empty() { String::new() } else { format!("\n{}", table(heading, rows)) }
+}

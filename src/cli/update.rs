@@ -8,13 +8,12 @@ use super::output::Output;
 use super::text::table;
 use coldplate_base::atomic_file;
 use coldplate_base::error::Result;
-use coldplate_base::input;
 use coldplate_base::numbers::significant;
 use coldplate_base::units::{Dimension, convert, parse};
 use coldplate_describe::machine::Condition;
-use coldplate_evidence::measurement::faults::{self, Fault, FaultRecord};
-use coldplate_evidence::measurement::{Data, Row};
-use coldplate_surrogate::fit::file;
+use coldplate_evidence::faults::{self, Fault, FaultRecord};
+use coldplate_evidence::measurement::{Data, ReadingRow};
+use coldplate_jobs::open;
 use coldplate_surrogate::verdict::instruments::Instruments;
 use coldplate_surrogate::verdict::update::{self, UpdateRecord};
 use coldplate_surrogate::verdict::{Surrogate, condition};
@@ -63,13 +62,13 @@ struct Told<'a> {
 /// # Errors
 /// Bad input, or a file that cannot be written.
 pub fn run(args: &Args, out: Output) -> Result<u8> {
-    let bytes = input::read(&args.surrogate)?;
-    let surrogate = file::open(&bytes).map_err(|e| e.in_file(&args.surrogate))?;
+    let file = open(&args.surrogate)?;
+    let surrogate = file.surrogate()?;
     let instruments = instruments(args, &surrogate)?;
     let (mut data, lines) = read(&args.data)?;
     let faults =
         if args.keep_all { Vec::new() } else { clear(&mut data, &lines, &surrogate, &instruments).map_err(|e| e.in_file(&args.data))? };
-    let found = update::update(&bytes, &data, &lines, &instruments).map_err(|e| e.in_file(&args.data))?;
+    let found = update::update(&file.bytes, &data, &lines, &instruments).map_err(|e| e.in_file(&args.data))?;
     let path = args.out.as_ref().unwrap_or(&args.surrogate);
     let is_written = !found.record.alarm || args.anyway;
     if is_written {
@@ -117,7 +116,7 @@ fn clear(table: &mut Table, lines: &[usize], surrogate: &Surrogate<'_>, instrume
     let read: Vec<Vec<f64>> = points.iter().map(kelvin).collect::<Result<_>>()?;
     let xs: Vec<Vec<f64>> = (0..table.rows()).map(|r| variables.iter().map(|v| v[r]).collect()).collect();
     let Some(inside) = xs.iter().find(|x| surrogate.in_domain(x)) else { return Ok(Vec::new()) };
-    let row = |(r, x): (usize, &Vec<f64>)| Row {
+    let row = |(r, x): (usize, &Vec<f64>)| ReadingRow {
         test: table.text("test").and_then(|t| t.values.get(r)).map_or_else(|| format!("row {}", r + 1), |t| t.trim().to_string()),
         time: None,
         // Conditions are compared with each other alone: their units do not matter.
@@ -230,6 +229,7 @@ fn text(record: &UpdateRecord) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use coldplate_surrogate::fit::file;
     use coldplate_tables::Column;
 
     const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/crates/runtime/fixtures/uncertain.cps");

@@ -26,7 +26,7 @@ const CRATES: &[(&str, &[&str])] = &[
     ("surrogate", &["base", "runtime", "tables"]),
     ("evidence", &["base", "describe", "explore", "network", "solve", "tables"]),
     ("diagnose", &["base", "describe", "evidence", "explore", "network", "physics", "solve"]),
-    ("jobs", &["base", "describe", "explore", "export", "figures", "reduce", "runtime", "solve", "surrogate", "tables"]),
+    ("jobs", &["base", "describe", "explore", "export", "figures", "network", "reduce", "runtime", "solve", "surrogate", "tables"]),
     ("findings", &["base", "describe", "diagnose", "evidence", "figures", "jobs", "runtime", "solve", "surrogate"]),
     ("interchange", &["base", "describe", "network", "physics", "solve", "tables"]),
 ];
@@ -38,7 +38,7 @@ const MODULES: &[(&str, &[&str])] = &[
     ("describe", &["gmsh", "schema", "machine"]),
     ("figures", &["chart", "report"]),
     ("surrogate", &["fit", "verdict"]),
-    ("evidence", &["measurement", "discrepancy", "sandwich", "identify", "faulty", "given", "residuals"]),
+    ("evidence", &["measurement", "discrepancy", "sandwich", "identify", "faults", "given", "record", "residuals"]),
 ];
 
 /// Third-party crates that one crate alone may know.

@@ -3,6 +3,7 @@
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
+use std::str::Utf8Error;
 
 use crate::error::{Error, Result};
 
@@ -31,20 +32,23 @@ pub fn read(path: &Path) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Whether a regular file begins with these bytes; false for a file that cannot be read.
-pub fn begins_with(path: &Path, bytes: &[u8]) -> bool {
-    let is_regular = std::fs::metadata(path).is_ok_and(|about| about.is_file());
-    let mut found = vec![0; bytes.len()];
-    is_regular && File::open(path).and_then(|mut file| file.read_exact(&mut found)).is_ok() && found == bytes
-}
-
 /// The text of a file.
 ///
 /// # Errors
 /// Errors of [`read`], or the file is not UTF-8; the error names the line.
 pub fn text(path: &Path) -> Result<String> {
-    String::from_utf8(read(path)?).map_err(|e| {
-        let line = 1 + e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|b| **b == b'\n').count();
-        Error::input("the file is not UTF-8 text").in_file(path).at_line(line).help("save it as UTF-8")
-    })
+    String::from_utf8(read(path)?).map_err(|e| no_text(e.as_bytes(), e.utf8_error(), path))
+}
+
+/// The text of a file that has been read; `path` is the name used in errors.
+///
+/// # Errors
+/// The file is not UTF-8; the error names the line.
+pub fn utf8<'a>(bytes: &'a [u8], path: &Path) -> Result<&'a str> {
+    std::str::from_utf8(bytes).map_err(|e| no_text(bytes, e, path))
+}
+
+fn no_text(bytes: &[u8], error: Utf8Error, path: &Path) -> Error {
+    let line = 1 + bytes[..error.valid_up_to()].iter().filter(|b| **b == b'\n').count();
+    Error::input("the file is not UTF-8 text").in_file(path).at_line(line).help("save it as UTF-8")
 }

@@ -7,7 +7,12 @@ pub const TWO_SIDED_90: f64 = 1.644_854;
 
 /// Root mean square, in the unit of the values; zero for no values.
 pub fn root_mean_square(values: &[f64]) -> f64 {
-    (values.iter().map(|v| v * v).sum::<f64>() / values.len().max(1) as f64).sqrt()
+    (sum_of_squares(values) / values.len().max(1) as f64).sqrt()
+}
+
+/// Sum of the squares, in the square of the values' unit.
+pub fn sum_of_squares(values: &[f64]) -> f64 {
+    values.iter().map(|v| v * v).sum()
 }
 
 /// A number with `digits` significant digits, in plain notation if that is short. Zeros at the end stay, because they

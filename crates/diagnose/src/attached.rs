@@ -13,7 +13,8 @@ use coldplate_base::error::Result;
 use coldplate_evidence::identify::conditions;
 use coldplate_evidence::measurement::{Data, whiten};
 use coldplate_network::Load;
-use coldplate_solve::sensitivity::{Derivatives, Study, Target};
+use coldplate_solve::sensitivity::{DerivativeTarget, Derivatives};
+use coldplate_solve::study::Study;
 
 /// What is left of a covariance is nothing below this share of it.
 const NOTHING: f64 = 1e-3;
@@ -82,7 +83,7 @@ impl<'a> Attached<'a> {
         let at = Derivatives::at(self.study, first, field)?;
         let rise = |s: &usize| -> Result<Vec<f64>> {
             let gain = self.study.model.machine.sensors[*s].shows.gain;
-            Ok(at.adjoint(Target::Sensor(*s))?.field.into_iter().map(|rise| gain * rise).collect())
+            Ok(at.adjoint(DerivativeTarget::Sensor(*s))?.field.into_iter().map(|rise| gain * rise).collect())
         };
         self.data.sensors.par_iter().map(rise).collect()
     }

@@ -13,7 +13,7 @@ use super::finalists::Finalists;
 use super::gain::{Cut, Gain, KeptOut};
 use super::shared;
 use super::view::square;
-use coldplate_evidence::discrepancy::Level;
+use coldplate_evidence::discrepancy::DiscrepancySize;
 use coldplate_evidence::measurement::Whitener;
 
 /// Standard deviations of the logarithm of each number of the file that are tried.
@@ -47,12 +47,12 @@ impl Calibrated {
 }
 
 /// The machine as readings draw it that leave a level of discrepancy; `None` where it is not certain to predict better.
-pub(super) fn calibrated(finals: &Finalists<'_>, level: Level) -> Option<Calibrated> {
+pub(super) fn calibrated(finals: &Finalists<'_>, level: DiscrepancySize) -> Option<Calibrated> {
     let base = finals.base;
     let residual = &base.found.residual;
     let cut = Cut::of(&finals.problem.data, KeptOut::Tests)?;
     let all: Vec<usize> = (0..residual.len()).collect();
-    let at = |spread: f64, kept: &[usize]| base.errors.whitener(&Level { numbers: spread, ..level }, kept);
+    let at = |spread: f64, kept: &[usize]| base.errors.whitener(&DiscrepancySize { numbers: spread, ..level }, kept);
     let deviance = |spread: f64| {
         let whitener = at(spread, &all);
         (whitener.apply(residual).iter().map(|v| v * v).sum::<f64>() + whitener.log_determinant(), spread)

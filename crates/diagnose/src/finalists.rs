@@ -12,7 +12,7 @@ use super::view::{Comparison, ScreenInput, add_mesh_share};
 use super::{Cause, Explanation, Problem, Synonym, signatures};
 use coldplate_base::error::Result;
 use coldplate_base::progress::Progress;
-use coldplate_evidence::discrepancy::Level;
+use coldplate_evidence::discrepancy::DiscrepancySize;
 use coldplate_evidence::identify::chi_square_tail;
 
 /// Causes and pairs of a screen that are fitted.
@@ -43,7 +43,7 @@ pub struct Finalists<'a> {
     /// The machine as it is, at the levels of discrepancy that suit it.
     pub ground: Ground,
     /// The level that suits it best.
-    pub unexplained: Level,
+    pub unexplained: DiscrepancySize,
     /// Row and sensor of every reading.
     pub places: Vec<(usize, usize)>,
 }
@@ -264,7 +264,7 @@ impl Finalists<'_> {
     /// one of them does that is off by much. Only where runs cost little: of lumped nodes, without fronts in the water.
     fn may_hide_another(&self, now: &Outcome) -> bool {
         let is_cheap = self.problem.data.is_transient() && self.problem.study.model.mesh.cells == 0 && !self.predictor.fronts;
-        is_cheap && self.best(now).is_some_and(|(_, fitted)| fitted.level != Level::NONE)
+        is_cheap && self.best(now).is_some_and(|(_, fitted)| fitted.level != DiscrepancySize::NONE)
     }
 
     /// Probability that pure noise lets some cause take away as much as the best one does of what the most probable explanation leaves.

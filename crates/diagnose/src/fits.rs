@@ -8,7 +8,7 @@ use super::finalists::{Entry, Finalists};
 use super::probability::Candidate;
 use super::refine::{Begun, FitData, Fitted, first_look, fit_again, fit_begun};
 use super::view::Comparison;
-use coldplate_evidence::discrepancy::Level;
+use coldplate_evidence::discrepancy::DiscrepancySize;
 use coldplate_evidence::identify::chi_square_tail;
 
 /// A misfit left that is more probable than this is too small.
@@ -119,7 +119,7 @@ impl Finalists<'_> {
     fn at_its_level(&self, members: &[&Hypothesis], fitted: Fitted, used: FitData<'_>, view: &Comparison) -> Fitted {
         let freedom = used.which.len().saturating_sub(members.len()).max(1);
         // Noise that is stated as far too large leaves a misfit far too small, and hides what is smoother than it.
-        if used.level == Level::NONE && (LEFT..TOO_GOOD).contains(&chi_square_tail(fitted.misfit, freedom)) {
+        if used.level == DiscrepancySize::NONE && (LEFT..TOO_GOOD).contains(&chi_square_tail(fitted.misfit, freedom)) {
             return fitted;
         }
         // The prior of amplitudes is about nothing.

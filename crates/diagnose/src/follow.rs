@@ -1,6 +1,6 @@
 //! What each hypothesis does to logs to first order, followed in the few unknowns that the sensors can see.
 //!
-//! The machine is linearised at moments of its own histories, between which these run about straight, and projected ([`Basis`]); there
+//! The machine is linearised at moments of its own histories, between which these run about straight, and projected ([`ObservableSpace`]); there
 //! every hypothesis costs a few small products per step. The histories, the space and the projected derivatives are the machine's: they
 //! serve every further set of hypotheses about it ([`Linear`]).
 
@@ -15,7 +15,8 @@ use coldplate_describe::machine::Condition;
 use coldplate_evidence::identify::{self, Runs, own_key};
 use coldplate_evidence::measurement::{Data, whiten};
 use coldplate_explore::simulate::Start;
-use coldplate_solve::sensitivity::{Basis, Course, Derivatives, Disturbance, Moment, Parameter, Study, Variation};
+use coldplate_solve::sensitivity::{Derivatives, Disturbance, LinearisedHistory, Moment, ObservableSpace, Variation};
+use coldplate_solve::study::{MachineParameter, Study};
 
 /// Disturbances followed at a time.
 const TOGETHER: usize = 32;
@@ -27,7 +28,7 @@ pub struct Linear {
     pub values: Vec<f64>,
     /// Of every test.
     histories: Vec<Vec<Moment>>,
-    basis: Basis,
+    basis: ObservableSpace,
     /// The derivative of the residual, projected, at each moment of each history.
     matrices: Vec<Vec<DMatrix<f64>>>,
 }
@@ -39,7 +40,9 @@ impl Linear {
     /// The machine cannot be run through the data's conditions; it has no path to any given temperature, or its sensors read inlets alone.
     pub fn new(study: &Study, data: &Data, Runs { start, tolerance }: Runs) -> Result<Self> {
         let (values, histories) = identify::histories(study, data, start, tolerance)?;
-        let basis = Basis::new(study, &data.sensors, &histories.iter().flatten().collect::<Vec<_>>(), rates(data))?;
+        let (slowest, fastest) = rates(data);
+        let moments: Vec<&Moment> = histories.iter().flatten().collect();
+        let basis = ObservableSpace::new(study, &data.sensors, &moments, slowest, fastest)?;
         let of = |moment: &Moment| Ok(basis.matrix(&Derivatives::at(study, &moment.condition, &moment.temperatures)?));
         let matrices = histories.iter().map(|moments| moments.par_iter().map(of).collect()).collect::<Result<_>>()?;
         Ok(Self { values, histories, basis, matrices })
@@ -97,7 +100,7 @@ impl Follower<'_> {
     ///
     /// # Errors
     /// A derivative cannot be taken.
-    pub fn follow(&self, uncertain: &[Parameter], hypotheses: &[Hypothesis]) -> Result<Followed> {
+    pub fn follow(&self, uncertain: &[MachineParameter], hypotheses: &[Hypothesis]) -> Result<Followed> {
         let (study, data) = (self.study, self.data);
         let variables = study.model.machine.variables.iter().map(|v| study.parameter(&v.name)).collect::<Result<Vec<_>>>()?;
         let variations: Vec<Variation> = uncertain.iter().chain(&variables).map(|p| study.variation(p)).collect::<Result<_>>()?;
@@ -179,7 +182,7 @@ impl Follower<'_> {
     }
 
     /// The slope of all readings along a number of a sensor's own.
-    fn own(&self, parameter: &Parameter) -> Result<Vec<f64>> {
+    fn own(&self, parameter: &MachineParameter) -> Result<Vec<f64>> {
         let found = identify::predict_within(self.study, self.data, std::slice::from_ref(parameter), self.runs.start, self.runs.tolerance)?;
         Ok(found.slopes.into_iter().map(|row| row[0]).collect())
     }
@@ -195,7 +198,7 @@ impl Follower<'_> {
     ) -> Vec<Option<Vec<(usize, f64)>>> {
         let (data, moments) = (self.data, &self.linear.histories[t]);
         let matrices: Vec<(f64, DMatrix<f64>)> = instants.iter().map(|i| (i.time, i.between(&self.linear.matrices[t]))).collect();
-        let course = Course::new(&self.linear.basis, &matrices, self.runs.start == Start::Steady);
+        let course = LinearisedHistory::new(&self.linear.basis, &matrices, self.runs.start == Start::Steady);
         let rows: Vec<usize> = (0..data.rows.len()).filter(|r| data.rows[*r].test == test).collect();
         let times: Vec<f64> = rows.iter().map(|r| data.rows[*r].time.unwrap_or(0.0)).collect();
         let nearest = |time: &f64| -> usize {

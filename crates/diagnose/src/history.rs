@@ -15,7 +15,7 @@ use coldplate_evidence::identify::{self, Prediction, Runs};
 use coldplate_evidence::measurement::{Data, whiten};
 use coldplate_explore::simulate::Start;
 use coldplate_network::Load;
-use coldplate_solve::sensitivity::{Parameter, Study};
+use coldplate_solve::study::{MachineParameter, Study};
 
 /// Amplitudes of differences of runs, as a share of the prior's scale: what acts one way only, or moves a front, is followed
 /// along a secant about as long as it is likely to be; the rest along a slope.
@@ -61,7 +61,7 @@ impl Logs<'_> {
     ///
     /// # Errors
     /// The machine as it is cannot be run through the data's conditions.
-    pub fn signatures(&self, uncertain: &[Parameter], hypotheses: &[Hypothesis], known: Option<&Arc<Linear>>) -> Result<Signatures> {
+    pub fn signatures(&self, uncertain: &[MachineParameter], hypotheses: &[Hypothesis], known: Option<&Arc<Linear>>) -> Result<Signatures> {
         let Self { study, data, runs, .. } = *self;
         let Runs { start, tolerance } = runs;
         // A state that is steady but for some parts is no state of rest to linearise about.
@@ -85,7 +85,7 @@ impl Logs<'_> {
         Ok(Signatures { residual, prediction, fields: Vec::new(), columns, linear: None })
     }
 
-    fn followed(&self, linear: &Arc<Linear>, uncertain: &[Parameter], hypotheses: &[Hypothesis]) -> Result<Followed> {
+    fn followed(&self, linear: &Arc<Linear>, uncertain: &[MachineParameter], hypotheses: &[Hypothesis]) -> Result<Followed> {
         let Self { study, data, runs, scales, user } = *self;
         Follower { study, data, runs, scales, user, linear }.follow(uncertain, hypotheses)
     }

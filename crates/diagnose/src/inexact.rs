@@ -13,7 +13,7 @@ use super::effects::Effect;
 use super::finalists::{Entry, Finalists, Outcome};
 use super::probability::Posterior;
 use coldplate_base::error::Result;
-use coldplate_evidence::discrepancy::{Level, PRICE};
+use coldplate_evidence::discrepancy::{DiscrepancySize, PRICE};
 use coldplate_evidence::measurement::Whitener;
 
 /// Standard deviation of the logarithm of every number: of sizes that are off by up to 5 %.
@@ -24,7 +24,7 @@ pub(super) struct Inexact {
     /// Everything with the probability that it has then.
     pub posterior: Posterior,
     /// The discrepancy of the machine as it is, with these numbers.
-    pub level: Level,
+    pub level: DiscrepancySize,
 }
 
 impl Finalists<'_> {
@@ -34,16 +34,16 @@ impl Finalists<'_> {
     /// # Errors
     /// What the place of a path changes cannot be solved.
     pub(super) fn where_numbers_are_off(&self, now: &Outcome) -> Result<Inexact> {
-        let off = |level: Level| Level { numbers: OFF, ..level };
+        let off = |level: DiscrepancySize| DiscrepancySize { numbers: OFF, ..level };
         // How far they are off is known here, and has no prior of its own.
-        let price = |level: Level| level.price() + PRICE;
+        let price = |level: DiscrepancySize| level.price() + PRICE;
         let all: Vec<usize> = (0..now.view.readings.len()).collect();
-        let whitener = |level: Level| now.view.errors.whitener(&level, &all);
+        let whitener = |level: DiscrepancySize| now.view.errors.whitener(&level, &all);
         let attached = Attached::new(self.predictor.study, &self.problem.data, self.predictor.fields)?;
         let is_path = |j: &usize| matches!(self.of(*j).effect, Effect::Leak(_));
         let rises = if now.fitted.iter().any(|(members, _)| members.iter().any(is_path)) { attached.rises()? } else { Vec::new() };
         // Most fits are at one level, whose covariances are made once, and a path is in many of them.
-        let mut known: Vec<(Level, [Whitener; 2])> = Vec::new();
+        let mut known: Vec<(DiscrepancySize, [Whitener; 2])> = Vec::new();
         let mut places: HashMap<usize, Vec<Vec<f64>>> = HashMap::new();
         let mut better: Vec<(&[usize], f64)> = Vec::new();
         for entry in &now.fitted {
@@ -64,10 +64,10 @@ impl Finalists<'_> {
             let with_numbers = self.deviance(entry, inexact, &open) + price(level);
             better.push((members, (0.5 * (as_named - elsewhere.min(with_numbers))).max(0.0)));
         }
-        let usual = [Level::NONE, self.unexplained].into_iter().filter(|level| self.base.errors.is_usual(level));
+        let usual = [DiscrepancySize::NONE, self.unexplained].into_iter().filter(|level| self.base.errors.is_usual(level));
         let ground = |level| (self.base.ground(&off(level)) - off(level).price() + price(level), off(level));
         let least = usual.map(ground).min_by(|a, b| a.0.total_cmp(&b.0));
-        let (ground, level) = least.unwrap_or((f64::INFINITY, off(Level::NONE)));
+        let (ground, level) = least.unwrap_or((f64::INFINITY, off(DiscrepancySize::NONE)));
         let nothing = (0.5 * (self.ground.usual - ground)).max(0.0);
         let raised = |members: &[usize]| better.iter().find(|(own, _)| *own == members).map_or(0.0, |(_, by)| *by);
         Ok(Inexact { posterior: now.posterior.raised(nothing, raised), level })

@@ -17,7 +17,7 @@ use super::refine::{FitData, Fitted, fit, fit_again};
 use super::view::Comparison;
 use coldplate_base::error::Result;
 use coldplate_base::numbers::TWO_SIDED_90;
-use coldplate_evidence::discrepancy::{ErrorParts, Level};
+use coldplate_evidence::discrepancy::{DiscrepancySize, ErrorParts};
 use coldplate_evidence::measurement::Whitener;
 use coldplate_evidence::sandwich::{Sandwich, worth};
 
@@ -88,7 +88,7 @@ impl Joint {
     }
 }
 
-fn whitener(errors: &ErrorParts, level: &Level, worth: Option<f64>, readings: &[usize]) -> Whitener {
+fn whitener(errors: &ErrorParts, level: &DiscrepancySize, worth: Option<f64>, readings: &[usize]) -> Whitener {
     match worth {
         Some(worth) => errors.whitener_apart(level, readings, worth),
         None => errors.whitener(level, readings),
@@ -147,11 +147,11 @@ fn together(
     let is_guessed = is_lumped(finals) || finals.problem.data.is_transient();
     let begins = |b: &Beside| if is_guessed { b.moved } else { 0.0 };
     let guess: Vec<f64> = best.amplitudes.iter().copied().chain(beside.iter().map(begins)).collect();
-    let worth_of = |slopes: &[Vec<f64>], level: &Level| -> Option<f64> {
+    let worth_of = |slopes: &[Vec<f64>], level: &DiscrepancySize| -> Option<f64> {
         (weights == JointWeights::Apart).then(|| worth(slopes, &errors.deviations_apart(level), |vector| errors.times_apart(level, vector)))
     };
     let (readings, mesh, places) = (&view.readings, &view.mesh, &finals.places);
-    let fitted_from = |from: Option<&Fitted>, worth: Option<f64>, level: Level| -> Result<Fitted> {
+    let fitted_from = |from: Option<&Fitted>, worth: Option<f64>, level: DiscrepancySize| -> Result<Fitted> {
         let whitener = whitener(&errors, &level, worth, &all);
         let used = FitData { which: &all, readings, mesh, places, whitener: &whitener, level, without: view.without };
         let mut fitted = match from {
@@ -175,7 +175,7 @@ fn together(
     let mut fitted = fitted_from(None, worth, level)?;
     // With all of it free less may be left than with the cause alone.
     let (without, columns) = fitted.without_amplitudes(&free);
-    let learnt = Level { numbers: level.numbers, ..errors.learn(&without, &columns, level, None) };
+    let learnt = DiscrepancySize { numbers: level.numbers, ..errors.learn(&without, &columns, level, None) };
     if learnt != level {
         worth = worth_of(&fitted.slopes, &learnt);
         fitted = fitted_from(Some(&fitted), worth, learnt)?;
@@ -230,7 +230,7 @@ fn is_lumped(finals: &Finalists<'_>) -> bool {
 /// The numbers that the residual left by a fit moves most, each by its expectation under the covariance.
 fn pulled(finals: &Finalists<'_>, causes: &[&Hypothesis], best: &Fitted, view: &Comparison) -> Vec<Beside> {
     let is_lumped = is_lumped(finals);
-    if best.level == Level::NONE {
+    if best.level == DiscrepancySize::NONE {
         return Vec::new();
     }
     let all: Vec<usize> = (0..best.left.len()).collect();

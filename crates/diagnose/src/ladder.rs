@@ -9,8 +9,8 @@ use super::view::square;
 use super::{Diagnosis, NOISE, Problem, Verdict};
 use coldplate_base::error::Result;
 use coldplate_base::progress::Progress;
-use coldplate_evidence::discrepancy::Level as DiscrepancyLevel;
-use coldplate_solve::sensitivity::Tables;
+use coldplate_evidence::discrepancy::DiscrepancySize as DiscrepancyLevel;
+use coldplate_solve::study::StateTables;
 
 /// Rungs at most.
 const MOST_RUNGS: usize = 5;
@@ -18,8 +18,8 @@ const MOST_RUNGS: usize = 5;
 const ACCURACY: f64 = 1e-3;
 
 /// Diagnoses: screens all causes, fits the most probable ones, decides, and says what is gained and what to measure next. Where a
-/// cause is named and unseen data are predicted better with it, the machine is extended and diagnosed again. Tables are solved on the
-/// reduced model ([`Tables::Reduced`]) and their end result once in full; should they differ by more than a millikelvin, all of it is
+/// cause is named and unseen data are predicted better with it, the machine is extended and diagnosed again. StateTables are solved on the
+/// reduced model ([`StateTables::Reduced`]) and their end result once in full; should they differ by more than a millikelvin, all of it is
 /// done in full.
 ///
 /// # Errors
@@ -29,7 +29,7 @@ pub fn diagnose(problem: &Problem, progress: &dyn Progress) -> Result<Diagnosis>
     let mut found = climbed(problem, progress)?;
     if let Some(off) = found.off_in_full.filter(|off| off.is_nan() || *off > ACCURACY) {
         progress.say(&format!("the reduced model is off by {off:.1e} K: everything again in full"));
-        let study = problem.study.clone().with_tables(Tables::InFull);
+        let study = problem.study.clone().with_tables(StateTables::InFull);
         found = climbed(&Problem { study, ..problem.clone() }, progress)?;
     }
     found.seconds = clock.elapsed().as_secs_f64();

@@ -13,20 +13,19 @@
 #![warn(missing_docs)]
 #![cfg_attr(not(test), warn(clippy::unwrap_used, clippy::panic))]
 
-mod aside;
 mod attached;
 mod calibrated;
 mod choice;
 mod decide;
 mod effects;
 mod extension;
+mod faults;
 mod finalists;
 mod fits;
 mod follow;
 mod gain;
 mod history;
 mod inexact;
-mod isolated;
 mod joint;
 mod ladder;
 mod missing;
@@ -47,18 +46,20 @@ mod when;
 
 use std::path::Path;
 
+use faults::by_catalogue;
+
 use coldplate_base::document::Document;
 use coldplate_base::error::Result;
 use coldplate_base::numbers::{TWO_SIDED_90, significant};
 use coldplate_base::progress::Progress;
-use coldplate_describe::machine::Variable;
+use coldplate_describe::machine::DescribedVariable;
 use coldplate_evidence::discrepancy;
-use coldplate_evidence::faulty::{Cleared, cleared};
+use coldplate_evidence::faults::{Cleared, Fault, cleared, kept, rest};
 use coldplate_evidence::identify::{Runs, chi_square_tail};
-use coldplate_evidence::measurement::faults::{Fault, kept, rest};
-use coldplate_evidence::measurement::{Data, MOST_READINGS, Uncertainty, VariableUncertainty, Whitener, thinned};
+use coldplate_evidence::measurement::{Data, MOST_READINGS, MeasurementUncertainty, VariableUncertainty, Whitener, thinned};
 use coldplate_explore::simulate::Start;
-use coldplate_solve::sensitivity::{Parameter, Study, UncertainNumber};
+use coldplate_solve::sensitivity::UncertainNumber;
+use coldplate_solve::study::{MachineParameter, Study};
 
 pub use decide::{Certainty, Level, Verdict};
 pub use effects::{Common, Contact, Flow, Heat, Leak, Material, Radiation, Sensor, Storage, User};
@@ -113,7 +114,7 @@ pub struct Problem {
     /// What was measured.
     pub data: Data,
     /// Standard deviations of readings and conditions.
-    pub uncertainty: Uncertainty,
+    pub uncertainty: MeasurementUncertainty,
     /// Numbers of the file that are uncertain; see [`Study::uncertain`] for those that the file states.
     pub uncertain: Vec<UncertainNumber>,
     /// The model's own discrepancy.
@@ -151,7 +152,7 @@ impl Problem {
     /// cause is tried; logs begin in the steady state.
     pub fn new(study: Study, data: Data) -> Self {
         Self {
-            uncertainty: Uncertainty::usual(&data, &study.model.machine),
+            uncertainty: MeasurementUncertainty::usual(&data, &study.model.machine),
             study,
             data,
             uncertain: Vec::new(),
@@ -190,7 +191,7 @@ impl Problem {
     /// As [`cleared`].
     pub fn cleared(self) -> Result<Self> {
         let found = cleared(&self.study, &self.data, &self.uncertainty, self.start)?;
-        let Cleared { data, faults, .. } = if found.suspects.is_empty() { found } else { isolated::judged(&self, found)? };
+        let Cleared { data, faults, .. } = if found.suspects.is_empty() { found } else { by_catalogue::judged(&self, found)? };
         let places = kept(&self.data, &faults);
         Ok(Self { data, faults, places, may_set_aside: true, ..self })
     }
@@ -225,8 +226,8 @@ impl Problem {
         }
         let study = self.study.edited(&Added::lines(&added, self.study.document())?)?;
         let mut uncertainty = self.uncertainty;
-        let before = |v: &Variable| given.iter().position(|own| own.name == v.name);
-        let of = |v: &Variable| before(v).and_then(|v| uncertainty.variables.get(v).copied()).unwrap_or_default();
+        let before = |v: &DescribedVariable| given.iter().position(|own| own.name == v.name);
+        let of = |v: &DescribedVariable| before(v).and_then(|v| uncertainty.variables.get(v).copied()).unwrap_or_default();
         uncertainty.variables = study.model.machine.variables.iter().map(of).collect::<Vec<VariableUncertainty>>();
         let data = Added::fill(self.data, given, &study.model.machine.variables, &added);
         let given = Some(self.study.document().clone());
@@ -237,7 +238,7 @@ impl Problem {
     /// problem's own data.
     pub fn unseen(&self, data: Data) -> Data {
         let all = &self.study.model.machine.variables;
-        let given: Vec<Variable> = all.iter().filter(|v| self.states(&v.name)).cloned().collect();
+        let given: Vec<DescribedVariable> = all.iter().filter(|v| self.states(&v.name)).cloned().collect();
         let added: Vec<Added> = Added::all(&data, &given).into_iter().filter(|added| !added.is_test_number()).collect();
         Added::fill(data, &given, all, &added)
     }
@@ -274,7 +275,7 @@ impl Problem {
         let data = data.as_ref();
         let study = Study::read(machine.as_ref(), &[], cells)?;
         let table = Data::read(data, &study.model.machine)?;
-        let uncertainty = Uncertainty::beside(data, &table, &study.model.machine)?;
+        let uncertainty = MeasurementUncertainty::beside(data, &table, &study.model.machine)?;
         Ok(Self { uncertainty, uncertain: study.uncertain()?, ..Self::new(study, table) })
     }
 }
@@ -337,7 +338,7 @@ pub struct Explanation {
     /// Minus twice the logarithm of its likelihood and of the prior of its discrepancy: what explanations are compared by.
     pub deviance: f64,
     /// The discrepancy that is left beside it.
-    pub level: discrepancy::Level,
+    pub level: discrepancy::DiscrepancySize,
     /// Whether it was fitted through the full solver.
     pub is_fitted: bool,
     /// Other names of its causes, which predict the same at every condition.
@@ -410,7 +411,7 @@ pub struct Diagnosis {
     /// The noise that was found over what is stated, where readings of a table show that it is far smaller; one everywhere else.
     pub noise_share: f64,
     /// The discrepancy of the machine as it is.
-    pub unexplained: discrepancy::Level,
+    pub unexplained: discrepancy::DiscrepancySize,
     /// Whether the machine with the best explanation missed the very data by more than the machine as it is: it is not written.
     pub misses: bool,
     /// Whether causes fit, but predict data kept out no better than the machine as it is.
@@ -467,7 +468,7 @@ pub fn signatures(
     study: &Study,
     data: &Data,
     runs: impl Into<Runs>,
-    uncertain: &[Parameter],
+    uncertain: &[MachineParameter],
     hypotheses: &[Hypothesis],
     scales: &Scales,
     user: &[UserKind],

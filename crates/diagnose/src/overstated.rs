@@ -6,7 +6,7 @@
 use super::Problem;
 use super::decide::ALARM_MISFIT;
 use super::view::Comparison;
-use coldplate_evidence::discrepancy::Level;
+use coldplate_evidence::discrepancy::DiscrepancySize;
 use coldplate_evidence::identify::chi_square_tail;
 
 /// Shares of the stated noise that are tried: the smallest, and how many up to all of it. Where even the smallest is too large, shares of
@@ -27,7 +27,7 @@ pub fn share(problem: &Problem, view: &Comparison, residual: &[f64], causes: usi
     }
     let all: Vec<usize> = (0..residual.len()).collect();
     let at = |share: f64| -> (f64, f64) {
-        let whitener = view.errors.with_noise(share).whitener(&Level::NONE, &all);
+        let whitener = view.errors.with_noise(share).whitener(&DiscrepancySize::NONE, &all);
         let misfit = whitener.apply(residual).iter().map(|v| v * v).sum::<f64>();
         (misfit, misfit + whitener.log_determinant())
     };

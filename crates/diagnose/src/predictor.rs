@@ -4,7 +4,7 @@ use super::effects::{Hypothesis, Scales, UserKind};
 use coldplate_base::error::{Error, Result};
 use coldplate_evidence::identify::{self, Runs};
 use coldplate_evidence::measurement::Data;
-use coldplate_solve::sensitivity::{Study, Tables};
+use coldplate_solve::study::{StateTables, Study};
 
 /// Difference step, as a share of the prior's scale.
 const STEP: f64 = 0.02;
@@ -133,7 +133,7 @@ impl Predictor<'_> {
         let in_full = || -> Result<Vec<f64>> {
             let acting: Vec<(&Hypothesis, f64)> = members.iter().filter(|(h, _)| !h.is_sensor()).copied().collect();
             let found = self.extended(&acting)?.ok_or_else(|| Error::input("the machine file has no words for this cause"))?;
-            Ok(identify::steady_near(&found.study.with_tables(Tables::InFull), self.data, &[])?.0)
+            Ok(identify::steady_near(&found.study.with_tables(StateTables::InFull), self.data, &[])?.0)
         };
         in_full().map_or(f64::INFINITY, |full| full.iter().zip(values).fold(0.0, |m: f64, (f, v)| m.max((f - v).abs())))
     }

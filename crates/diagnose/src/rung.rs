@@ -4,6 +4,7 @@ use super::attached::Attached;
 use super::calibrated::{Calibrated, calibrated};
 use super::effects::{Hypothesis, Scales, hypotheses};
 use super::extension::{Extension, extension, gained};
+use super::faults::beside_causes;
 use super::finalists::{Entry, Finalists, Outcome};
 use super::gain::KeptOut;
 use super::inexact::Inexact;
@@ -16,15 +17,15 @@ use super::screen::Screened;
 use super::shared::{self, Shared};
 use super::view::{Comparison, square};
 use super::{
-    Cause, Diagnosis, Explanation, Gain, MOST_EXPLANATIONS, Others, Problem, Residuals, Tried, Verdict, aside, decide, history, missing,
-    next, overstated, probability, rarer, synonyms,
+    Cause, Diagnosis, Explanation, Gain, MOST_EXPLANATIONS, Others, Problem, Residuals, Tried, Verdict, decide, history, missing, next,
+    overstated, probability, rarer, synonyms,
 };
 use coldplate_base::error::Result;
 use coldplate_base::progress::Progress;
-use coldplate_evidence::discrepancy::Level;
+use coldplate_evidence::discrepancy::DiscrepancySize;
 use coldplate_evidence::identify::chi_square_tail;
 use coldplate_evidence::measurement::whiten;
-use coldplate_solve::sensitivity::Tables;
+use coldplate_solve::study::StateTables;
 
 /// Explanations whose law has a number that is fitted, one after another.
 const MOST_SETTLED: usize = 3;
@@ -49,7 +50,7 @@ pub struct Rung {
     /// The same of each cause by itself, in the order of the causes, where there are two on the first rung.
     pub alone: Vec<f64>,
     /// The discrepancy that is left.
-    pub left: Level,
+    pub left: DiscrepancySize,
     /// Probability of a misfit as large as is left, beside that discrepancy.
     pub probability_left: f64,
     /// Probability that pure noise lets some other cause take away as much of what is left as the best one does.
@@ -109,7 +110,7 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
         fronts: history::has_fronts(study, data)?,
         slopes: KnownSlopes { catalogue: &catalogue, columns: &base.found.columns },
     };
-    let (unexplained, usual) = if is_wrong { levels(&base) } else { (Level::NONE, Level::NONE) };
+    let (unexplained, usual) = if is_wrong { levels(&base) } else { (DiscrepancySize::NONE, DiscrepancySize::NONE) };
     let ground = Ground { usual: base.ground(&usual), any: base.ground(&unexplained), screen: base.ground(&base.level) };
     let posterior = probability::posterior(&screened, &prior, &ground, !data.is_transient());
     let finals = Finalists {
@@ -152,8 +153,8 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
     }
     let answered = |outcome: &Outcome| -> Result<Answered> {
         let explanations = finals.explanations(outcome, &outcome.posterior, MOST_EXPLANATIONS);
-        let mut answer = decide::decide(&misfit, &outcome.posterior, &explanations, usual != Level::NONE);
-        if let Some(best) = explanations.first().filter(|e| e.level != Level::NONE && answer.verdict != Verdict::Consistent) {
+        let mut answer = decide::decide(&misfit, &outcome.posterior, &explanations, usual != DiscrepancySize::NONE);
+        if let Some(best) = explanations.first().filter(|e| e.level != DiscrepancySize::NONE && answer.verdict != Verdict::Consistent) {
             // The alarm must hold beside the discrepancy that the cause is named with.
             let at_its_level = decide::misfit_of(&finals.screened_by(&base.at(best.level)), problem.seed);
             answer = answer.beside(&at_its_level, base.errors.is_usual(&unexplained));
@@ -220,7 +221,7 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
         }
         None => (rung, gain),
     };
-    let off_in_full = (study.tables == Tables::Reduced && !data.is_transient()).then(|| {
+    let off_in_full = (study.tables == StateTables::Reduced && !data.is_transient()).then(|| {
         progress.say("the end result in full");
         let named = explanations.first().filter(|_| answer.names_causes());
         match (named, &joint, outcome.leading()) {
@@ -241,7 +242,7 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
     let leaves_much = || outcome.fitted.is_empty() || finals.leaves_much(&outcome);
     let aside = if problem.may_set_aside && answer.verdict != Verdict::Consistent && leaves_much() {
         progress.say("readings and rows without which causes explain the rest");
-        aside::aside(problem, &base, &screened)
+        beside_causes::aside(problem, &base, &screened)
     } else {
         Vec::new()
     };
@@ -285,7 +286,7 @@ struct Answered {
     explanations: Vec<Explanation>,
     answer: decide::Answer,
     /// The discrepancy of the machine as it is.
-    unexplained: Level,
+    unexplained: DiscrepancySize,
     extension: Extension,
 }
 
@@ -302,9 +303,9 @@ impl Answered {
 }
 
 /// The level of discrepancy that suits the machine as it is best, and the best of usual ones.
-fn levels(base: &Comparison) -> (Level, Level) {
+fn levels(base: &Comparison) -> (DiscrepancySize, DiscrepancySize) {
     let residual = &base.found.residual;
-    let any = base.errors.learn(residual, &[], Level::NONE, None);
+    let any = base.errors.learn(residual, &[], DiscrepancySize::NONE, None);
     let usual = if base.errors.is_usual(&any) { any } else { base.errors.learn_usual(residual) };
     (any, usual)
 }
@@ -385,7 +386,13 @@ fn left_by(problem: &Problem, predicted: &[f64]) -> (f64, Option<WhereLeft>) {
 }
 
 /// What the machine as the readings draw it comes to, with no cause.
-fn of_numbers(problem: &Problem, predictor: &Predictor<'_>, base: &Comparison, found: &Calibrated, left: Level) -> Result<Option<Rung>> {
+fn of_numbers(
+    problem: &Problem,
+    predictor: &Predictor<'_>,
+    base: &Comparison,
+    found: &Calibrated,
+    left: DiscrepancySize,
+) -> Result<Option<Rung>> {
     let Some(sets) = predictor.written(&found.members())? else { return Ok(None) };
     let predicted: Vec<f64> = found.values.iter().zip(&base.mesh).map(|(v, m)| v + m).collect();
     let (rms, where_left) = left_by(problem, &predicted);

@@ -13,7 +13,8 @@ use coldplate_base::error::Result;
 use coldplate_describe::machine::SensorResponse;
 use coldplate_evidence::identify::{Prediction, conditions, own_key, states};
 use coldplate_evidence::measurement::{Data, whiten};
-use coldplate_solve::sensitivity::{Adjoint, Derivatives, Parameter, Study, Tables, Target};
+use coldplate_solve::sensitivity::{Adjoint, DerivativeTarget, Derivatives};
+use coldplate_solve::study::{MachineParameter, StateTables, Study};
 
 /// Relative residual of adjoint fields: causes are compared, and what is named is fitted.
 const ADJOINT: f64 = 1e-9;
@@ -46,7 +47,7 @@ pub(super) fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
 pub fn steady(
     study: &Study,
     data: &Data,
-    uncertain: &[Parameter],
+    uncertain: &[MachineParameter],
     hypotheses: &[Hypothesis],
     (scales, user): (&Scales, &[UserKind]),
     near: Option<&[Vec<f64>]>,
@@ -54,7 +55,7 @@ pub fn steady(
     let (distinct, index) = conditions(data);
     let states = states(study, &distinct, near.unwrap_or(&[]))?;
     // Beside a machine much like it only what is uncertain is asked for: how large it is, not which cause it is.
-    let aim = if near.is_some() && study.tables == Tables::Reduced { ROUGH } else { ADJOINT };
+    let aim = if near.is_some() && study.tables == StateTables::Reduced { ROUGH } else { ADJOINT };
     let variables = study.model.machine.variables.iter().map(|v| study.parameter(&v.name)).collect::<Result<Vec<_>>>()?;
     let wanted: Vec<_> = uncertain.iter().chain(&variables).cloned().collect();
     let derivatives = EffectDerivatives::new(study, hypotheses, user);
@@ -65,7 +66,8 @@ pub fn steady(
         effects: Vec<Vec<f64>>,
     }
     let of = |at: &Derivatives<'_>| -> Result<At> {
-        let adjoints: Vec<Adjoint> = data.sensors.par_iter().map(|s| at.adjoint_within(Target::Sensor(*s), aim)).collect::<Result<_>>()?;
+        let adjoints: Vec<Adjoint> =
+            data.sensors.par_iter().map(|s| at.adjoint_within(DerivativeTarget::Sensor(*s), aim)).collect::<Result<_>>()?;
         let mut slopes = wanted
             .iter()
             .map(|p| {

@@ -11,10 +11,10 @@ use super::signature::{self, Signatures};
 use super::{Discrepancy, Problem, UncertainNumber, signatures};
 use coldplate_base::error::Result;
 use coldplate_base::numbers::root_mean_square;
-use coldplate_evidence::discrepancy::{ErrorParts, Level};
+use coldplate_evidence::discrepancy::{DiscrepancySize, ErrorParts};
 use coldplate_evidence::identify::{self, MeshShare, Prediction};
 use coldplate_evidence::measurement::{Data, Whitener, whiten};
-use coldplate_solve::sensitivity::{Parameter, Study};
+use coldplate_solve::study::{MachineParameter, Study};
 
 /// Signatures that are whitened as one matrix.
 const TOGETHER: usize = 128;
@@ -40,7 +40,7 @@ pub struct Comparison {
     /// Causes that are a number of the file, with the amplitude of a change of it by a factor e, in the order of the covariance.
     pub numbers: Vec<(Hypothesis, f64)>,
     /// The discrepancy beside what is stated.
-    pub level: Level,
+    pub level: DiscrepancySize,
     /// Logarithm of the determinant of the covariance without it, K².
     pub without: f64,
     /// The whitening.
@@ -63,7 +63,7 @@ impl Comparison {
 
     /// The same of a machine much like one that is known.
     fn beside(problem: &Problem, study: &Study, catalogue: &[Hypothesis], scales: &Scales, known: Option<&Self>) -> Result<Self> {
-        let uncertain = problem.uncertain.iter().map(|u| study.parameter(&u.parameter.name)).collect::<Result<Vec<Parameter>>>()?;
+        let uncertain = problem.uncertain.iter().map(|u| study.parameter(&u.parameter.name)).collect::<Result<Vec<MachineParameter>>>()?;
         let (data, is_log) = (&problem.data, problem.data.is_transient());
         let near = known.map(|known| known.found.fields.as_slice());
         let mut found = if is_log {
@@ -94,7 +94,7 @@ impl Comparison {
         errors.extend(bends.iter().cloned());
         let all: Vec<usize> = (0..mesh.len()).collect();
         let readings = whiten::readings(&problem.data).iter().zip(&mesh).map(|(r, m)| r - m).collect();
-        let level = Level::NONE;
+        let level = DiscrepancySize::NONE;
         let network = &study.model.network;
         let numbers = catalogue.iter().filter_map(|h| Some((h.clone(), h.of_a_number(network)?))).collect();
         let whitener = errors.whitener(&level, &all);
@@ -103,7 +103,7 @@ impl Comparison {
     }
 
     /// The same with another discrepancy.
-    pub fn at(&self, level: Level) -> Self {
+    pub fn at(&self, level: DiscrepancySize) -> Self {
         let all: Vec<usize> = (0..self.readings.len()).collect();
         Self { whitener: self.errors.whitener(&level, &all), level, ..self.clone() }
     }
@@ -114,7 +114,7 @@ impl Comparison {
     }
 
     /// The same of the residual of the machine as it is at another level.
-    pub fn ground(&self, level: &Level) -> f64 {
+    pub fn ground(&self, level: &DiscrepancySize) -> f64 {
         let all: Vec<usize> = (0..self.readings.len()).collect();
         let whitener = self.errors.whitener(level, &all);
         whitener.apply(&self.found.residual).iter().map(|v| v * v).sum::<f64>() + whitener.log_determinant() - self.without + level.price()

@@ -3,9 +3,10 @@
 //!
 //! Nothing else depends on them: away from these data the time and the test are none, and nothing has fallen.
 
+use coldplate_base::condition::{AMBIENT_TEMPERATURE, COOLANT_FLOW, COOLANT_TEMPERATURE};
 use coldplate_base::document::{Document, Leaf};
 use coldplate_base::error::Result;
-use coldplate_describe::machine::{Condition, Variable};
+use coldplate_describe::machine::{Condition, DescribedVariable};
 use coldplate_evidence::measurement::{Data, TIME};
 
 /// Number of the test, from 1 in the order of the data; 0 elsewhere.
@@ -20,7 +21,7 @@ const MOVED: f64 = 0.01;
 /// Rows in which it has fallen, and in which it has not, at least.
 const LEAST_ROWS: usize = 2;
 /// Variables of every machine that nothing remembers: water and room.
-const WITHOUT_MEMORY: [&str; 3] = ["coolant_flow", "coolant_temperature", "ambient_temperature"];
+const WITHOUT_MEMORY: [&str; 3] = [COOLANT_FLOW, COOLANT_TEMPERATURE, AMBIENT_TEMPERATURE];
 
 /// A variable that is added.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,10 +36,10 @@ pub struct Added {
 
 impl Added {
     /// Those that data can use and a machine file does not declare itself, by the variables of the data's conditions.
-    pub fn all(data: &Data, variables: &[Variable]) -> Vec<Self> {
+    pub fn all(data: &Data, variables: &[DescribedVariable]) -> Vec<Self> {
         let time = data.is_transient().then(|| Self::new(TIME, "{ unit = \"s\", default = \"0 s\" }", times(data)));
         let number = test_numbers(data).map(|values| Self::new(TEST_NUMBER, COUNT, values));
-        let fallen = |(v, variable): (usize, &Variable)| {
+        let fallen = |(v, variable): (usize, &DescribedVariable)| {
             let name = format!("{}{FALLEN}", variable.name);
             let is_count = variable.name == TEST_NUMBER || variable.name.ends_with(FALLEN);
             let remembers = !variable.dimension.is_absolute() && !WITHOUT_MEMORY.contains(&variable.name.as_str()) && !is_count;
@@ -54,7 +55,7 @@ impl Added {
     }
 
     /// Data whose conditions have some variables, with all of those that a machine has: what is added, and 0 where nothing is.
-    pub fn fill(mut data: Data, given: &[Variable], all: &[Variable], added: &[Self]) -> Data {
+    pub fn fill(mut data: Data, given: &[DescribedVariable], all: &[DescribedVariable], added: &[Self]) -> Data {
         let before: Vec<Option<usize>> = all.iter().map(|v| given.iter().position(|own| own.name == v.name)).collect();
         let values: Vec<Option<&Self>> = all.iter().map(|v| added.iter().find(|added| added.name == v.name)).collect();
         for (r, row) in data.rows.iter_mut().enumerate() {

@@ -2,7 +2,7 @@
 //!
 //! No model of a machine is right to the last tenth of a kelvin. The supply, the draught and the room differ from day to day.
 //! The covariance of a residual is therefore the stated covariance of the instruments plus a discrepancy. Its size is a
-//! [`Level`]: an error of each sensor that wanders with the time, factors between tests, and the spread of the numbers of the
+//! [`DiscrepancySize`]: an error of each sensor that wanders with the time, factors between tests, and the spread of the numbers of the
 //! machine file. [`ErrorParts::learn`] finds the level by restricted likelihood, under a prior by which each part is most
 //! probably zero. On data that the stated noise explains it stays zero. A stated noise that is too small raises it instead of
 //! refuting every explanation.
@@ -13,7 +13,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::measurement::filter::Wandering;
 use crate::measurement::whiten::{self, Noise, Whitener};
-use crate::measurement::{Data, Uncertainty, wander};
+use crate::measurement::{Data, MeasurementUncertainty, wander};
 use coldplate_base::numbers::significant;
 use coldplate_base::units::Dimension;
 use coldplate_describe::machine::Machine;
@@ -50,17 +50,17 @@ const MOST_READINGS: usize = 800;
 const MOST_SWEEPS: usize = 4;
 /// Second start of the search: a large wandering error (K) and a small factor between tests, as the likelihood can have two
 /// maxima. Chosen.
-const OTHER: Level = Level { wandering: 0.6, memory: 0.12, between_tests: 0.02, numbers: 0.15 };
+const OTHER: DiscrepancySize = DiscrepancySize { wandering: 0.6, memory: 0.12, between_tests: 0.02, numbers: 0.15 };
 /// Largest discrepancy that models of such machines and days of such laboratories usually have, in logs. Chosen with the days
 /// of two heaters on a board in view (docs/record/diagnosis-measured.md).
-const USUAL: Level = Level { wandering: 0.08, memory: 0.12, between_tests: 0.07, numbers: 0.15 };
+const USUAL: DiscrepancySize = DiscrepancySize { wandering: 0.08, memory: 0.12, between_tests: 0.07, numbers: 0.15 };
 /// Largest discrepancy that is usual in steady tables. Their rows are often tests of their own, so a larger difference from row
 /// to row could have any cause. Chosen: a smaller one raises more alarms.
-const USUAL_STEADY: Level = Level { between_tests: 0.045, ..USUAL };
+const USUAL_STEADY: DiscrepancySize = DiscrepancySize { between_tests: 0.045, ..USUAL };
 
 /// Size of the discrepancy.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Level {
+pub struct DiscrepancySize {
     /// Standard deviation of an error of each sensor, K. In logs it wanders with the time. In steady tables it is that of two
     /// errors: one new in every reading, and one constant for the sensor.
     pub wandering: f64,
@@ -74,7 +74,7 @@ pub struct Level {
     pub numbers: f64,
 }
 
-impl Level {
+impl DiscrepancySize {
     /// No discrepancy: the stated errors alone.
     pub const NONE: Self = Self { wandering: 0.0, memory: wander::CORRELATION, between_tests: 0.0, numbers: 0.0 };
 
@@ -142,8 +142,15 @@ impl ErrorParts {
     /// Parts of the covariance from the stated errors of the instruments, with those that can be learnt beside them. `model` is
     /// a standard deviation of the model known beforehand, K. `predicted` are the model's readings, K. `slopes` are their
     /// derivatives with respect to the condition variables, K per SI unit.
-    pub fn new(machine: &Machine, data: &Data, uncertainty: &Uncertainty, model: f64, predicted: &[f64], slopes: &[Vec<f64>]) -> Self {
-        let wander::Errors { clock, wandering } = wander::errors(data, uncertainty, model, predicted);
+    pub fn new(
+        machine: &Machine,
+        data: &Data,
+        uncertainty: &MeasurementUncertainty,
+        model: f64,
+        predicted: &[f64],
+        slopes: &[Vec<f64>],
+    ) -> Self {
+        let wander::LogErrors { clock, wandering } = wander::errors(data, uncertainty, model, predicted);
         let noise = match data.is_transient() {
             true => whiten::noise(data, uncertainty),
             false => whiten::deviations(data, uncertainty).iter().map(|d| d.hypot(model)).collect(),
@@ -171,7 +178,7 @@ impl ErrorParts {
     }
 
     /// Whether a level is no more than models of such machines have in such data.
-    pub fn is_usual(&self, level: &Level) -> bool {
+    pub fn is_usual(&self, level: &DiscrepancySize) -> bool {
         level.is_usual(self.is_log())
     }
 
@@ -203,21 +210,21 @@ impl ErrorParts {
     }
 
     /// Whitening of some readings at a level.
-    pub fn whitener(&self, level: &Level, readings: &[usize]) -> Whitener {
+    pub fn whitener(&self, level: &DiscrepancySize, readings: &[usize]) -> Whitener {
         let part = self.among(readings);
         Whitener::with(part.noise_at(level), &part.columns(level))
     }
 
     /// Whitening of some readings at a level, with the wandering error taken as new in every reading, and with each reading's
     /// variance larger by the factor `worth`.
-    pub fn whitener_apart(&self, level: &Level, readings: &[usize], worth: f64) -> Whitener {
+    pub fn whitener_apart(&self, level: &DiscrepancySize, readings: &[usize], worth: f64) -> Whitener {
         let part = self.among(readings);
         let deviations: Vec<f64> = part.deviations_apart(level).iter().map(|d| d * worth.sqrt()).collect();
         Whitener::new(&deviations, &part.columns(level))
     }
 
     /// Errors that readings share at a level, one column each of unit variance, K.
-    fn columns(&self, level: &Level) -> Vec<Vec<f64>> {
+    fn columns(&self, level: &DiscrepancySize) -> Vec<Vec<f64>> {
         let scaled = |(columns, scale): (&Vec<Vec<f64>>, f64)| -> Vec<Vec<f64>> {
             columns.iter().map(|c| c.iter().map(|v| scale * v).collect()).collect()
         };
@@ -225,7 +232,7 @@ impl ErrorParts {
     }
 
     /// Errors that readings share, with the standard deviation of each column at a level.
-    fn common(&self, level: &Level) -> [(&Vec<Vec<f64>>, f64); 5] {
+    fn common(&self, level: &DiscrepancySize) -> [(&Vec<Vec<f64>>, f64); 5] {
         [
             (&self.stated, 1.0),
             (&self.uncertain, 1.0),
@@ -236,7 +243,7 @@ impl ErrorParts {
     }
 
     /// Covariance of all readings at a level times a vector of one entry per reading, K² times the unit of the vector.
-    pub fn times(&self, level: &Level, vector: &[f64]) -> Vec<f64> {
+    pub fn times(&self, level: &DiscrepancySize, vector: &[f64]) -> Vec<f64> {
         let mut product = self.times_apart(level, vector);
         for (columns, scale) in self.common(level) {
             for column in columns {
@@ -249,7 +256,7 @@ impl ErrorParts {
 
     /// Covariance of the noise and of the wandering errors alone at a level, without errors that readings share otherwise,
     /// times a vector of one entry per reading; K² times the unit of the vector.
-    pub fn times_apart(&self, level: &Level, vector: &[f64]) -> Vec<f64> {
+    pub fn times_apart(&self, level: &DiscrepancySize, vector: &[f64]) -> Vec<f64> {
         let own = if self.wandering.is_empty() { level.wandering } else { 0.0 };
         let mut product: Vec<f64> = vector.iter().zip(&self.noise).map(|(v, n)| v * (n * n + own * own)).collect();
         let memory = if level.wandering > 0.0 { level.memory } else { wander::CORRELATION };
@@ -258,7 +265,7 @@ impl ErrorParts {
     }
 
     /// Standard deviation of each reading at a level, K.
-    pub fn marginal(&self, level: &Level) -> Vec<f64> {
+    pub fn marginal(&self, level: &DiscrepancySize) -> Vec<f64> {
         let mut squares: Vec<f64> = self.deviations_apart(level).iter().map(|d| d * d).collect();
         for (columns, scale) in self.common(level) {
             columns.iter().for_each(|c| squares.iter_mut().zip(c).for_each(|(s, v)| *s += (scale * v).powi(2)));
@@ -268,7 +275,7 @@ impl ErrorParts {
 
     /// Standard deviation of each reading at a level by noise and wandering errors alone, without errors that readings share
     /// otherwise, K.
-    pub fn deviations_apart(&self, level: &Level) -> Vec<f64> {
+    pub fn deviations_apart(&self, level: &DiscrepancySize) -> Vec<f64> {
         let mut squares: Vec<f64> = self.noise.iter().map(|n| n * n).collect();
         if self.wandering.is_empty() {
             squares.iter_mut().for_each(|s| *s += level.wandering.powi(2));
@@ -299,7 +306,7 @@ impl ErrorParts {
         }
     }
 
-    fn noise_at(&self, level: &Level) -> Noise {
+    fn noise_at(&self, level: &DiscrepancySize) -> Noise {
         if self.wandering.is_empty() {
             let independent: Vec<f64> = self.noise.iter().map(|n| n.hypot(level.wandering)).collect();
             return Noise::independent(&independent);
@@ -313,14 +320,14 @@ impl ErrorParts {
 
     /// Most probable level of a residual (K, one entry per reading), searched from a first guess. `free` are columns (K, each
     /// of unit prior variance) that may act in the residual. With `most` no part of the level is larger than there.
-    pub fn learn(&self, residual: &[f64], free: &[Vec<f64>], from: Level, most: Option<&Level>) -> Level {
+    pub fn learn(&self, residual: &[f64], free: &[Vec<f64>], from: DiscrepancySize, most: Option<&DiscrepancySize>) -> DiscrepancySize {
         let thin = self.every(residual.len().div_ceil(MOST_READINGS).max(1));
         let part = self.among(&thin);
         let pick = |v: &[f64]| thin.iter().map(|i| v[*i]).collect::<Vec<f64>>();
         let free: Vec<Vec<f64>> = free.iter().map(|c| pick(c)).collect();
         let residual = pick(residual);
         let mut known: Vec<((u64, u64), Products)> = Vec::new();
-        let mut cost = |level: &Level| -> f64 {
+        let mut cost = |level: &DiscrepancySize| -> f64 {
             let key = (level.wandering.to_bits(), if level.wandering > 0.0 { level.memory.to_bits() } else { 0 });
             let at = known.iter().position(|(k, _)| *k == key).unwrap_or_else(|| {
                 known.push((key, part.products(level, &residual, &free)));
@@ -328,8 +335,8 @@ impl ErrorParts {
             });
             known[at].1.cost(level, [part.sensors.len(), part.tests.len(), part.numbers.len()]) + level.price()
         };
-        let allowed = |level: &Level| most.is_none_or(|most| level.is_within(most));
-        let mut descend = |from: Level| -> (Level, f64) {
+        let allowed = |level: &DiscrepancySize| most.is_none_or(|most| level.is_within(most));
+        let mut descend = |from: DiscrepancySize| -> (DiscrepancySize, f64) {
             let mut best = (from, cost(&from));
             for _ in 0..MOST_SWEEPS {
                 let begun = best.0;
@@ -348,7 +355,7 @@ impl ErrorParts {
             best
         };
         // The likelihood can have two maxima: large wandering with little between tests, or the other way round.
-        let other = if self.wandering.is_empty() { Level { numbers: 0.0, ..OTHER } } else { OTHER };
+        let other = if self.wandering.is_empty() { DiscrepancySize { numbers: 0.0, ..OTHER } } else { OTHER };
         [from, other].into_iter().filter(allowed).map(&mut descend).min_by(|a, b| a.1.total_cmp(&b.1)).map_or(from, |best| best.0)
     }
 
@@ -364,28 +371,29 @@ impl ErrorParts {
         chosen
     }
 
-    fn along_factors(&self, at: &Level) -> Vec<Level> {
+    fn along_factors(&self, at: &DiscrepancySize) -> Vec<DiscrepancySize> {
         let tests = if self.tests.is_empty() { &TESTS[..1] } else { &TESTS };
         let is_steady = self.wandering.is_empty();
         let numbers = if self.numbers.is_empty() || is_steady { &SPREADS[..1] } else { &SPREADS };
-        let of = |n: &f64| tests.iter().map(|t| Level { between_tests: *t, numbers: *n, ..*at }).collect::<Vec<_>>();
+        let of = |n: &f64| tests.iter().map(|t| DiscrepancySize { between_tests: *t, numbers: *n, ..*at }).collect::<Vec<_>>();
         numbers.iter().flat_map(of).collect()
     }
 
-    fn along_wandering(&self, at: &Level) -> Vec<Level> {
+    fn along_wandering(&self, at: &DiscrepancySize) -> Vec<DiscrepancySize> {
         let memories = |wandering: f64| if self.wandering.is_empty() || wandering == 0.0 { &MEMORIES[..1] } else { &MEMORIES };
-        let of =
-            |wandering: &f64| memories(*wandering).iter().map(|m| Level { wandering: *wandering, memory: *m, ..*at }).collect::<Vec<_>>();
+        let of = |wandering: &f64| {
+            memories(*wandering).iter().map(|m| DiscrepancySize { wandering: *wandering, memory: *m, ..*at }).collect::<Vec<_>>()
+        };
         WANDERINGS.iter().flat_map(of).collect()
     }
 
     /// Most probable level of a residual (K, one entry per reading) that is no larger than models of such machines usually
     /// have.
-    pub fn learn_usual(&self, residual: &[f64]) -> Level {
-        self.learn(residual, &[], Level::NONE, Some(Level::usual(self.is_log())))
+    pub fn learn_usual(&self, residual: &[f64]) -> DiscrepancySize {
+        self.learn(residual, &[], DiscrepancySize::NONE, Some(DiscrepancySize::usual(self.is_log())))
     }
 
-    fn products(&self, level: &Level, residual: &[f64], free: &[Vec<f64>]) -> Products {
+    fn products(&self, level: &DiscrepancySize, residual: &[f64], free: &[Vec<f64>]) -> Products {
         let noise = self.noise_at(level);
         let columns = self.stated.iter().chain(&self.uncertain).chain(free).chain(&self.sensors).chain(&self.tests).chain(&self.numbers);
         let columns: Vec<DVector<f64>> = columns.map(|c| DVector::from_vec(noise.apply(c))).collect();
@@ -410,7 +418,7 @@ struct Products {
 
 impl Products {
     /// Minus twice the logarithm of the likelihood. Columns of unit variance come first, then those of the level's parts.
-    fn cost(&self, level: &Level, [sensors, tests, numbers]: [usize; 3]) -> f64 {
+    fn cost(&self, level: &DiscrepancySize, [sensors, tests, numbers]: [usize; 3]) -> f64 {
         let mut scale = vec![1.0; self.gram.nrows() - sensors - tests - numbers];
         scale.extend(vec![level.wandering; sensors]);
         scale.extend(vec![level.between_tests; tests]);

@@ -3,15 +3,15 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::faulty::cleared;
-use crate::measurement::faults::Fault;
-use crate::measurement::{Data, Uncertainty};
+use crate::faults::Fault;
+use crate::faults::cleared;
+use crate::measurement::{Data, MeasurementUncertainty};
 use coldplate_base::atomic_file;
 use coldplate_base::error::{Error, Result, did_you_mean};
 use coldplate_base::units::{Dimension, parse};
 use coldplate_describe::machine::Machine;
 use coldplate_explore::simulate::Start;
-use coldplate_solve::sensitivity::Study;
+use coldplate_solve::study::Study;
 
 /// The data of a table, or the measurements of the machine file.
 ///
@@ -55,13 +55,13 @@ pub fn drop_sensors(data: &mut Data, names: &[String]) -> Result<()> {
 /// Uncertainty of the readings: from `DATA.toml` beside the table, or usual values.
 ///
 /// # Errors
-/// Errors of [`Uncertainty::beside`].
-pub fn stated(table: Option<&Path>, machine_file: &Path, data: &Data, machine: &Machine) -> Result<Uncertainty> {
+/// Errors of [`MeasurementUncertainty::beside`].
+pub fn stated(table: Option<&Path>, machine_file: &Path, data: &Data, machine: &Machine) -> Result<MeasurementUncertainty> {
     // A table beside the machine file and with its name has no file of its own for its uncertainty.
     let is_machine = |path: &Path| matches!((path.canonicalize(), machine_file.canonicalize()), (Ok(a), Ok(b)) if a == b);
     match table {
-        Some(path) if !is_machine(&path.with_extension("toml")) => Uncertainty::beside(path, data, machine),
-        _ => Ok(Uncertainty::usual(data, machine)),
+        Some(path) if !is_machine(&path.with_extension("toml")) => MeasurementUncertainty::beside(path, data, machine),
+        _ => Ok(MeasurementUncertainty::usual(data, machine)),
     }
 }
 
@@ -69,7 +69,7 @@ pub fn stated(table: Option<&Path>, machine_file: &Path, data: &Data, machine: &
 ///
 /// # Errors
 /// Errors of [`cleared`].
-pub fn clear(data: &mut Data, study: &Study, uncertainty: &Uncertainty, start: Start, keep_all: bool) -> Result<Vec<Fault>> {
+pub fn clear(data: &mut Data, study: &Study, uncertainty: &MeasurementUncertainty, start: Start, keep_all: bool) -> Result<Vec<Fault>> {
     if keep_all {
         return Ok(Vec::new());
     }

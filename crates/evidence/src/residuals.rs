@@ -5,18 +5,19 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use crate::faults::FaultRecord;
 use crate::identify;
-use crate::measurement::faults::FaultRecord;
 use crate::measurement::{Data, TEST, TIME, whiten};
+use crate::record::{PredictedRecord, ReadingRecord};
 use coldplate_base::error::Result;
 use coldplate_base::units::{Measurand, express};
 use coldplate_explore::simulate::Start;
-use coldplate_solve::sensitivity::Study;
+use coldplate_solve::study::Study;
 use coldplate_tables::{Column, Table, TextColumn};
 
 /// Readings with the machine's predictions of them. Residuals are measured less predicted.
 #[derive(Debug, Clone)]
-pub struct Residuals {
+pub struct PredictedReadings {
     /// The readings.
     pub data: Data,
     /// Row and sensor (a column of the data) of every reading.
@@ -31,7 +32,7 @@ pub struct Residuals {
 
 /// Root mean square, mean and largest of some residuals: of temperatures, and of displacements.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Spread {
+pub struct ResidualSpread {
     /// Number of readings.
     pub readings: usize,
     /// Residuals of temperatures; `None` if all readings are displacements.
@@ -65,7 +66,7 @@ pub struct InMicrometres {
     pub largest_um: f64,
 }
 
-impl Spread {
+impl ResidualSpread {
     /// Spread of residuals, each with its measurand.
     fn of(residuals: &[(Measurand, f64)]) -> Self {
         let one = |measurand: Measurand| {
@@ -86,7 +87,7 @@ impl Spread {
     }
 }
 
-impl Residuals {
+impl PredictedReadings {
     /// Predicts every reading; logs begin with the state `start`.
     ///
     /// # Errors
@@ -102,18 +103,18 @@ impl Residuals {
         self.measured[reading] - self.predicted[reading]
     }
 
-    fn spread(&self, keep: impl Fn(usize, usize) -> bool) -> Spread {
+    fn spread(&self, keep: impl Fn(usize, usize) -> bool) -> ResidualSpread {
         let kept = self.places.iter().enumerate().filter(|(_, (r, k))| keep(*r, *k));
-        Spread::of(&kept.map(|(i, (_, k))| (self.measurands[*k], self.residual(i))).collect::<Vec<_>>())
+        ResidualSpread::of(&kept.map(|(i, (_, k))| (self.measurands[*k], self.residual(i))).collect::<Vec<_>>())
     }
 
     /// Spread of all readings.
-    pub fn overall(&self) -> Spread {
+    pub fn overall(&self) -> ResidualSpread {
         self.spread(|_, _| true)
     }
 
     /// Spread of every test, in the order of the data.
-    pub fn by_test(&self) -> Vec<(String, Spread)> {
+    pub fn by_test(&self) -> Vec<(String, ResidualSpread)> {
         let of = |test: String| {
             let spread = self.spread(|r, _| self.data.rows[r].test == test);
             (test, spread)
@@ -122,7 +123,7 @@ impl Residuals {
     }
 
     /// Spread of every sensor that has a reading.
-    pub fn by_sensor(&self) -> Vec<(String, Spread)> {
+    pub fn by_sensor(&self) -> Vec<(String, ResidualSpread)> {
         let of = |(k, name): (usize, &String)| (name.clone(), self.spread(|_, sensor| sensor == k));
         self.data.names.iter().enumerate().map(of).filter(|(_, spread)| spread.readings > 0).collect()
     }
@@ -167,19 +168,14 @@ impl Residuals {
 
     /// The comparison for other programs.
     pub fn record(&self, study: &Study) -> PredictRecord {
-        let reading = |(i, (r, k)): (usize, &(usize, usize))| PredictedReading {
-            test: self.data.rows[*r].test.clone(),
-            time_s: self.data.rows[*r].time,
-            sensor: self.data.names[*k].clone(),
-            compared: Compared::of(study.model.machine.sensors[self.data.sensors[*k]].measurand(), self.measured[i], self.predicted[i]),
-        };
+        let compared = |i: usize, own: Measurand| PredictedRecord::of(own, self.measured[i], self.predicted[i]);
         PredictRecord {
             machine: study.model.machine.name.clone(),
             data: self.data.source.clone(),
             all: self.overall(),
             tests: self.by_test().into_iter().collect(),
             sensors: self.by_sensor().into_iter().collect(),
-            readings: self.places.iter().enumerate().map(reading).collect(),
+            readings: ReadingRecord::all(&study.model.machine, &self.data, compared),
             faults: Vec::new(),
         }
     }
@@ -192,44 +188,10 @@ pub struct PredictRecord {
     pub machine: String,
     pub data: String,
     /// Spread of all readings.
-    pub all: Spread,
-    pub tests: BTreeMap<String, Spread>,
-    pub sensors: BTreeMap<String, Spread>,
-    pub readings: Vec<PredictedReading>,
+    pub all: ResidualSpread,
+    pub tests: BTreeMap<String, ResidualSpread>,
+    pub sensors: BTreeMap<String, ResidualSpread>,
+    pub readings: Vec<ReadingRecord<PredictedRecord>>,
     /// Faulty readings that were found.
     pub faults: Vec<FaultRecord>,
-}
-
-/// One reading beside its prediction.
-#[derive(Debug, Clone, Serialize)]
-#[allow(missing_docs, non_snake_case)]
-pub struct PredictedReading {
-    pub test: String,
-    pub time_s: Option<f64>,
-    pub sensor: String,
-    #[serde(flatten)]
-    pub compared: Compared,
-}
-
-/// A reading beside its prediction, and measured less predicted.
-#[derive(Debug, Clone, Serialize)]
-#[allow(missing_docs, non_snake_case)]
-#[serde(untagged)]
-pub enum Compared {
-    /// A temperature.
-    Temperature { measured_degC: f64, predicted_degC: f64, residual_K: f64 },
-    /// A displacement.
-    Displacement { measured_um: f64, predicted_um: f64, residual_um: f64 },
-}
-
-impl Compared {
-    /// Comparison of two readings, K or um.
-    pub fn of(measurand: Measurand, measured: f64, predicted: f64) -> Self {
-        let residual = measured - predicted;
-        let [measured, predicted] = [measured, predicted].map(|reading| measurand.shown(reading));
-        match measurand {
-            Measurand::Temperature => Self::Temperature { measured_degC: measured, predicted_degC: predicted, residual_K: residual },
-            Measurand::Displacement => Self::Displacement { measured_um: measured, predicted_um: predicted, residual_um: residual },
-        }
-    }
 }

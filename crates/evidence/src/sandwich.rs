@@ -8,7 +8,7 @@
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-use super::discrepancy::{ErrorParts, Level};
+use super::discrepancy::{DiscrepancySize, ErrorParts};
 use super::measurement::Whitener;
 
 /// Curvature and covariance of the slope of an estimate with given weights.
@@ -24,7 +24,7 @@ impl Sandwich {
     /// Curvature and covariance of the slope for readings whose covariance is that of `parts` at a level, with weights of
     /// independent noise. `slopes` are the changes of the readings with each parameter, K per unit; `prior` is the inverse
     /// variance of each parameter.
-    pub fn of(slopes: &[Vec<f64>], weights: &Whitener, parts: &ErrorParts, level: &Level, prior: Vec<f64>) -> Self {
+    pub fn of(slopes: &[Vec<f64>], weights: &Whitener, parts: &ErrorParts, level: &DiscrepancySize, prior: Vec<f64>) -> Self {
         let weighed: Vec<Vec<f64>> = slopes.iter().map(|slope| weights.weigh(slope)).collect();
         let products: Vec<Vec<f64>> = weighed.iter().map(|w| parts.times(level, w)).collect();
         let prior = DMatrix::from_diagonal(&DVector::from_vec(prior));

@@ -1,4 +1,18 @@
-//! Many solves: designs of experiments over the conditions, by our own solver or another program, and histories over time.
+//! Many solves: designs of experiments over the conditions, and histories over time.
+//!
+//! A [`Sweep`] is a sweep file with the machine. Its [`Plan`] of conditions is solved by our own solver, a reduced model or
+//! another program ([`external`]), here, in parts or on a [`cluster`]; finished conditions stand in a [journal](sweep::journal) and
+//! are never solved twice. A [`Schedule`] gives conditions over time: [`simulate::run`] takes a machine through it, [`simulate::run_reduced`]
+//! a reduced model, [`simulate::run_stepped`] any other model that moves in steps.
+//!
+//! ```no_run
+//! use coldplate_explore::{Sweep, SweepOptions};
+//!
+//! let sweep = Sweep::open("sweeps/rig.toml", Some(3000), &[])?;
+//! let swept = sweep.run("out/rig".as_ref(), SweepOptions::default())?; // resumes what it finds in the folder
+//! println!("{} conditions to fit, {} failed", swept.table.rows(), swept.failures.len());
+//! # Ok::<(), coldplate_base::error::Error>(())
+//! ```
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
@@ -9,6 +23,11 @@ pub mod external;
 pub mod schedule;
 pub mod simulate;
 pub mod sweep;
+
+pub use schedule::{Schedule, ScheduleOptions};
+pub use simulate::{History, SimulateOptions, Start};
+pub use sweep::sweep_file::Sweep;
+pub use sweep::{Plan, SweepDefinition, SweepOptions, Swept};
 
 use sha2::{Digest, Sha256};
 

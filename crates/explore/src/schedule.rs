@@ -4,7 +4,7 @@
 //! Other variables take the values given beside the file or the machine's defaults. A time that stands in two rows is a step. A
 //! variable of the machine that is called `time` is set to the time.
 //!
-//! Between two breakpoints every condition is smooth: a solver that stops at each [`Segment`]'s end never steps across a jump
+//! Between two breakpoints every condition is smooth: a solver that stops at each [`ScheduleSegment`]'s end never steps across a jump
 //! or a corner.
 
 use std::path::Path;
@@ -13,7 +13,7 @@ use sha2::{Digest, Sha256};
 
 use coldplate_base::error::{Error, Result, did_you_mean};
 use coldplate_base::units::Dimension;
-use coldplate_describe::machine::{Condition, Machine, Variable};
+use coldplate_describe::machine::{Condition, DescribedVariable, Machine};
 use coldplate_tables::Table;
 
 /// Name of the column of times, and of the variable that is the time.
@@ -36,7 +36,7 @@ pub struct ScheduleOptions {
 
 /// A breakpoint.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Row {
+pub struct Breakpoint {
     /// Time of the breakpoint, s.
     pub time: f64,
     /// SI value of every variable, in the machine's order.
@@ -46,7 +46,7 @@ pub struct Row {
 /// Conditions over time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Schedule {
-    rows: Vec<Row>,
+    rows: Vec<Breakpoint>,
     hold: bool,
     /// Index of the variable that is the time.
     time: Option<usize>,
@@ -56,7 +56,7 @@ pub struct Schedule {
 
 /// A stretch of time with a smooth condition.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Segment {
+pub struct ScheduleSegment {
     /// Start of the stretch, s.
     pub from: f64,
     /// End of the stretch, s; equal to `from` at a step.
@@ -96,7 +96,7 @@ impl Schedule {
         let times = times(table).map_err(|e| place(e, None))?;
         let quantities = of.into();
         let columns = Columns::of(table, &quantities, given).map_err(|e| place(e, None))?;
-        let mut rows: Vec<Row> = Vec::with_capacity(times.len());
+        let mut rows: Vec<Breakpoint> = Vec::with_capacity(times.len());
         for (r, time) in times.iter().enumerate() {
             if time.is_nan() {
                 let error = Error::input("this row has no time").at_key(TIME).help("give every row its time, or remove it");
@@ -107,7 +107,7 @@ impl Schedule {
                 return Err(place(error.help("sort the rows by time; a time that stands in two rows is a step"), Some(r)));
             }
             let condition = columns.condition(r, *time).map_err(|e| place(e, Some(r)))?;
-            rows.push(Row { time: *time, values: condition.si().to_vec() });
+            rows.push(Breakpoint { time: *time, values: condition.si().to_vec() });
         }
         let mut schedule = Self { rows, hold: options.hold, time: columns.time, ignored: columns.ignored };
         schedule.repeat(options.repeat)?;
@@ -129,7 +129,7 @@ impl Schedule {
     ///
     /// # Errors
     /// Times that fall, or no duration.
-    pub fn from_rows(rows: Vec<Row>) -> Result<Self> {
+    pub fn from_rows(rows: Vec<Breakpoint>) -> Result<Self> {
         if rows.windows(2).any(|pair| pair[1].time < pair[0].time) {
             return Err(Error::input("the times are not in order").at_key(TIME).help("sort the rows by time"));
         }
@@ -160,19 +160,19 @@ impl Schedule {
             if self.hold {
                 self.rows.pop();
             }
-            let turn: Vec<Row> = once.iter().map(|row| self.at_time(end + (row.time - start), &row.values)).collect();
+            let turn: Vec<Breakpoint> = once.iter().map(|row| self.at_time(end + (row.time - start), &row.values)).collect();
             self.rows.extend(turn);
         }
         self.rows.dedup();
         Ok(())
     }
 
-    fn at_time(&self, time: f64, values: &[f64]) -> Row {
+    fn at_time(&self, time: f64, values: &[f64]) -> Breakpoint {
         let mut values = values.to_vec();
         if let Some(slot) = self.time {
             values[slot] = time;
         }
-        Row { time, values }
+        Breakpoint { time, values }
     }
 
     /// Makes `until` the end.
@@ -191,7 +191,7 @@ impl Schedule {
             return Ok(());
         }
         let Some(at) = self.rows.iter().position(|row| row.time >= until) else { return Ok(()) };
-        let condition = self.condition(Segment { from: self.rows[at - 1].time, until: self.rows[at].time, row: at - 1 }, until);
+        let condition = self.condition(ScheduleSegment { from: self.rows[at - 1].time, until: self.rows[at].time, row: at - 1 }, until);
         self.rows.truncate(at);
         let row = self.at_time(until, condition.si());
         self.rows.push(row);
@@ -209,7 +209,7 @@ impl Schedule {
     }
 
     /// The breakpoints.
-    pub fn rows(&self) -> &[Row] {
+    pub fn rows(&self) -> &[Breakpoint] {
         &self.rows
     }
 
@@ -224,12 +224,12 @@ impl Schedule {
     }
 
     /// The stretches between the rows, those without duration (steps) included.
-    pub fn segments(&self) -> impl Iterator<Item = Segment> + '_ {
-        self.rows.windows(2).enumerate().map(|(row, ends)| Segment { from: ends[0].time, until: ends[1].time, row })
+    pub fn segments(&self) -> impl Iterator<Item = ScheduleSegment> + '_ {
+        self.rows.windows(2).enumerate().map(|(row, ends)| ScheduleSegment { from: ends[0].time, until: ends[1].time, row })
     }
 
     /// The condition at `time` (s) in a segment, its ends included.
-    pub fn condition(&self, segment: Segment, time: f64) -> Condition {
+    pub fn condition(&self, segment: ScheduleSegment, time: f64) -> Condition {
         let (before, after) = (&self.rows[segment.row], &self.rows[(segment.row + 1).min(self.rows.len() - 1)]);
         let share = if self.hold || segment.until <= segment.from { 0.0 } else { (time - segment.from) / (segment.until - segment.from) };
         // Weighted so that both ends come out as they were written.
@@ -260,11 +260,6 @@ impl Schedule {
         values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)))
     }
 
-    /// Index of the machine's variable that is the time, if it declares one.
-    pub fn time_variable(&self) -> Option<usize> {
-        self.time
-    }
-
     /// SHA-256 of everything that decides the course of conditions, in hexadecimal.
     pub fn hash(&self) -> String {
         let mut sum = Sha256::new();
@@ -293,7 +288,7 @@ fn times(table: &Table) -> Result<Vec<f64>> {
 #[derive(Debug, Clone)]
 pub struct Quantities<'a> {
     /// Variables, in the order of a condition.
-    pub variables: &'a [Variable],
+    pub variables: &'a [DescribedVariable],
     /// Names of sensors.
     pub sensors: Vec<&'a str>,
     /// Names of heat-flow sensors.

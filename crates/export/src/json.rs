@@ -1,4 +1,4 @@
-//! Everything in a surrogate file as one JSON object; `docs/embed.md` lists its keys.
+//! Everything in a surrogate file as one JSON object; `docs/reference/export-targets.md` lists its keys.
 
 use coldplate_runtime::{Kernel, LimitKind, Origin, Scale, Surrogate, Transform};
 
@@ -172,7 +172,7 @@ fn uncertainty(surrogate: &Surrogate<'_>, content: &Content) -> Option<String> {
     Some(object(members))
 }
 
-/// The machine over time, by the keys listed in `docs/embed.md`.
+/// The machine over time, by the keys listed in `docs/reference/export-targets.md`.
 fn in_time(own: &InTime, variables: usize) -> String {
     let states = own.states;
     let square = |part: &[f64]| rows(part, states, |entry| number(*entry));

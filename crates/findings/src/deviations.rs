@@ -4,10 +4,10 @@ use coldplate_base::document::{Document, Leaf, quoted};
 use coldplate_base::error::Result;
 use coldplate_base::numbers::significant;
 use coldplate_base::units;
-use coldplate_describe::machine::{Condition, Machine, Variable};
+use coldplate_describe::machine::{Condition, DescribedVariable, Machine};
 use coldplate_diagnose::{Cause, Diagnosis, Problem, Scales};
 use coldplate_solve::meshed::source_powers;
-use coldplate_solve::sensitivity::{Kind, Study};
+use coldplate_solve::study::{ParameterKind, Study};
 
 /// Table of factors in a machine file.
 const FACTOR: &str = "uncertain.";
@@ -146,12 +146,14 @@ impl Moved {
             match (number_of(low), number_of(high), now.as_ref().and_then(number_of)) {
                 (Some((low, unit)), Some((high, other)), Some((now, own))) if unit == other && unit == own => {
                     let deviation = (high - low) / self.deviations;
-                    if parameter.kind == Kind::Quantity && deviation != 0.0 {
+                    if parameter.kind == ParameterKind::Quantity && deviation != 0.0 {
                         numbers.push((key, now, unit, deviation));
                     }
                 }
-                _ if parameter.kind == Kind::Offset => offsets.push(key),
-                _ if parameter.kind == Kind::Factor => factors.extend(self.share_of_power(problem, key)?.map(|share| (key, share))),
+                _ if parameter.kind == ParameterKind::Offset => offsets.push(key),
+                _ if parameter.kind == ParameterKind::Factor => {
+                    factors.extend(self.share_of_power(problem, key)?.map(|share| (key, share)))
+                }
                 _ => {}
             }
         }
@@ -196,8 +198,9 @@ impl Moved {
             let power = |machine: &Machine| {
                 // The data may know the time as a variable that the file does not have.
                 let given = &problem.study.model.machine.variables;
-                let value =
-                    |v: &Variable| given.iter().position(|own| own.name == v.name).and_then(|at| row.condition.si().get(at)).copied();
+                let value = |v: &DescribedVariable| {
+                    given.iter().position(|own| own.name == v.name).and_then(|at| row.condition.si().get(at)).copied()
+                };
                 let values: Option<Vec<f64>> = machine.variables.iter().map(value).collect();
                 source_powers(machine, &Condition::from_si(values?)).ok().map(|powers| powers[source])
             };

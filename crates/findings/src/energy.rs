@@ -2,12 +2,13 @@
 
 use rayon::prelude::*;
 
+use coldplate_base::condition::COOLANT_TEMPERATURE;
 use coldplate_base::error::Result;
 use coldplate_describe::machine::Condition;
 use coldplate_diagnose::{Diagnosis, Problem};
 use coldplate_evidence::measurement::Data;
 use coldplate_solve::meshed::{Flows, MeshedMachine, OutletSensor, SteadyState};
-use coldplate_solve::sensitivity::Study;
+use coldplate_solve::study::Study;
 
 /// Most conditions that are balanced, a count. Chosen: each costs two solves.
 const MOST: usize = 12;
@@ -16,14 +17,14 @@ const MOST: usize = 12;
 #[derive(Debug)]
 pub struct EnergyBalances {
     /// One per condition, in the order of the data.
-    pub balances: Vec<Balance>,
+    pub balances: Vec<ConditionBalance>,
     /// Number of conditions in the data.
     pub conditions: usize,
 }
 
 /// The balance of one condition, steady.
 #[derive(Debug)]
-pub struct Balance {
+pub struct ConditionBalance {
     /// Name of the test.
     pub test: String,
     /// The condition.
@@ -33,12 +34,12 @@ pub struct Balance {
     /// Heat flows with the best explanation, if it can be solved.
     pub after: Option<Flows>,
     /// Heat that outlet sensors say the water took.
-    pub water: Vec<Water>,
+    pub water: Vec<WaterHeat>,
 }
 
 /// Heat that the water of a circuit takes, W.
 #[derive(Debug)]
-pub struct Water {
+pub struct WaterHeat {
     /// Name of the circuit.
     pub circuit: String,
     /// Heat by the outlet sensor, W.
@@ -73,11 +74,11 @@ impl EnergyBalances {
         let own = model.solver(first)?;
         // An extended machine that cannot be solved is left out: the machine as it is stays worth showing.
         let other = extended.as_ref().and_then(|study| Some((&study.model, study.model.solver(first).ok()?)));
-        let one = |r: &usize| -> Result<Balance> {
+        let one = |r: &usize| -> Result<ConditionBalance> {
             let condition = &data.rows[*r].condition;
             let state = model.solve(&own, condition)?;
             let after = other.as_ref().and_then(|(model, solver)| Some((*model, model.solve(solver, condition).ok()?)));
-            Ok(Balance {
+            Ok(ConditionBalance {
                 test: data.rows[*r].test.clone(),
                 condition: condition.clone(),
                 before: model.flows(&state),
@@ -89,8 +90,8 @@ impl EnergyBalances {
     }
 
     /// The balance with most heat in it, which says most.
-    pub fn largest(&self) -> Option<&Balance> {
-        let heat = |b: &Balance| b.before.sources.iter().map(|s| s.1).sum::<f64>();
+    pub fn largest(&self) -> Option<&ConditionBalance> {
+        let heat = |b: &ConditionBalance| b.before.sources.iter().map(|s| s.1).sum::<f64>();
         self.balances.iter().max_by(|a, b| heat(a).total_cmp(&heat(b)))
     }
 }
@@ -110,13 +111,13 @@ fn water(
     outlet: &OutletSensor,
     state: &SteadyState,
     after: Option<&(&MeshedMachine, SteadyState)>,
-) -> Option<Water> {
+) -> Option<WaterHeat> {
     let data = &problem.data;
     if data.is_transient() {
         return None;
     }
     let k = data.sensors.iter().position(|s| *s == outlet.sensor)?;
-    // The temperature at which the sensor shows what was read.
+    // The temperature at which the sensor shows the reading.
     let reading = problem.study.model.machine.sensors.get(outlet.sensor)?.shows.temperature(data.rows[r].readings[k]?);
     let rate = state.solution.streams.get(outlet.stream)?.capacity_rate;
     let heat = |model: &MeshedMachine, state: &SteadyState| {
@@ -126,10 +127,10 @@ fn water(
     };
     let inlet = *state.load.inlets.get(outlet.circuit)?;
     let machine = &problem.study.model.machine;
-    let at = machine.variables.iter().position(|v| v.name == "coolant_temperature");
+    let at = machine.variables.iter().position(|v| v.name == COOLANT_TEMPERATURE);
     let own = problem.uncertainty.at(&data.rows[r].condition);
     let spread = problem.uncertainty.noise[k].hypot(problem.uncertainty.bias[k]).hypot(at.map_or(0.0, |v| own[v]));
-    Some(Water {
+    Some(WaterHeat {
         circuit: problem.study.model.network.circuits.get(outlet.circuit)?.circuit.name.clone(),
         measured: rate * (reading - inlet),
         deviation: rate * spread,

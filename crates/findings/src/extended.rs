@@ -6,7 +6,7 @@ use super::{deviations, ladder};
 use coldplate_base::document::{Document, Leaf, name_of};
 use coldplate_base::error::Result;
 use coldplate_base::numbers::significant;
-use coldplate_describe::machine::{Machine, Variable};
+use coldplate_describe::machine::{DescribedVariable, Machine};
 use coldplate_diagnose::{Cause, Diagnosis, Problem, Scales, sentence};
 use coldplate_evidence::identify::model_error_line;
 
@@ -18,12 +18,12 @@ pub struct ExtendedMachine {
     /// Text of the file.
     pub text: String,
     /// Keys that change.
-    pub changes: Vec<Change>,
+    pub changes: Vec<KeyChange>,
 }
 
 /// A key that changes.
 #[derive(Debug, Clone, serde::Serialize)]
-pub struct Change {
+pub struct KeyChange {
     /// The key.
     pub key: String,
     /// Value before, as TOML; `None` if the key is new.
@@ -77,7 +77,7 @@ impl ExtendedMachine {
         // The model error is now the error on data kept out, if there were any.
         let left = found.rungs.last().map_or(0.0, |rung| rung.left.wandering);
         let deviation = found.gain.as_ref().map_or(left, |gain| gain.after).max(problem.discrepancy.model);
-        let has = |v: &Variable| problem.states(&v.name) || matches!(document.leaf(&format!("variables.{}", v.name)), Ok(Some(_)));
+        let has = |v: &DescribedVariable| problem.states(&v.name) || matches!(document.leaf(&format!("variables.{}", v.name)), Ok(Some(_)));
         let error = model_error_line(&problem.study.model.machine, &problem.data, deviation, has)?;
         let lines: Vec<(String, String)> = sets.iter().cloned().chain([error]).collect();
         let extended = Document::parse(&document.rewritten(&lines, &remarks)?, path)?;
@@ -87,8 +87,8 @@ impl ExtendedMachine {
         // The text must be a machine.
         Machine::from_document(&Document::parse(&text, path)?)?;
         let ends = ends(problem, found)?;
-        let change = |(key, value): &(String, String)| -> Result<Change> {
-            Ok(Change {
+        let change = |(key, value): &(String, String)| -> Result<KeyChange> {
+            Ok(KeyChange {
                 key: key.clone(),
                 before: document.leaf(key)?.as_ref().map(Leaf::to_toml),
                 after: value.clone(),

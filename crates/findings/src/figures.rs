@@ -8,8 +8,8 @@ use coldplate_diagnose::{HeldOutReading, Law, Problem, Verdict};
 use coldplate_evidence::measurement::{Data, whiten};
 use coldplate_figures::chart::balance::{BalanceFigure, HeatPair};
 use coldplate_figures::chart::before_after::BeforeAfter;
-use coldplate_figures::chart::gains::{GainsFigure, Step};
-use coldplate_figures::chart::missing::{Interval, IntervalFigure};
+use coldplate_figures::chart::gains::{GainsFigure, LadderStep};
+use coldplate_figures::chart::missing::{IntervalFigure, PlaceInterval};
 use coldplate_figures::chart::ranking::{Ranked, RankingFigure, Standing};
 use coldplate_figures::chart::residual_panels::ResidualPanels;
 use coldplate_figures::chart::residual_sheet::ResidualSheet;
@@ -57,7 +57,7 @@ pub(super) fn relative_sheet(found: &Findings<'_>) -> ResidualSheet {
         full: (FULL.1, FULL.2),
         decimals: 1,
         notes: vec![
-            "Standard deviations from all errors together: reading, sensor, condition, and the model itself. Within ±2 is noise."
+            "Standard deviations from all errors together: of the reading, the sensor, the condition, and the model itself. Within ±2 is noise."
                 .into(),
         ],
         ..sheets(data, &over(&sheet.residual), left.as_deref(), |within| within.iter().sum::<f64>() / within.len() as f64)
@@ -198,7 +198,7 @@ pub(super) fn ranking(found: &Findings<'_>) -> RankingFigure {
 /// Heat that each part alone would have to give; `None` if no part could show.
 pub(super) fn missing(found: &Findings<'_>) -> Option<IntervalFigure> {
     let diagnosis = &found.diagnosis;
-    let row = |m: &coldplate_diagnose::MissingHeat| Interval {
+    let row = |m: &coldplate_diagnose::MissingHeat| PlaceInterval {
         name: m.part.clone(),
         value: m.watts,
         ends: (m.watts - TWO_SIDED_90 * m.deviation, m.watts + TWO_SIDED_90 * m.deviation),
@@ -215,7 +215,7 @@ pub(super) fn missing(found: &Findings<'_>) -> Option<IntervalFigure> {
         },
         is_strong: m.explained > NOT_BY_CHANCE,
     };
-    let rows: Vec<Interval> = diagnosis.missing.iter().take(BARS).map(row).collect();
+    let rows: Vec<PlaceInterval> = diagnosis.missing.iter().take(BARS).map(row).collect();
     (!rows.is_empty()).then(|| IntervalFigure {
         title: "Where heat is missing or in excess".into(),
         quantity: Quantity::new("heat that would have to be added there", "W"),
@@ -264,7 +264,7 @@ pub(super) fn balance(found: &Findings<'_>) -> Option<BalanceFigure> {
 }
 
 fn fixed(problem: &Problem, condition: &Condition) -> Vec<(Quantity, f64)> {
-    let of = |(v, si): (&coldplate_describe::machine::Variable, &f64)| {
+    let of = |(v, si): (&coldplate_describe::machine::DescribedVariable, &f64)| {
         let shown = express(*si, &v.unit, v.dimension).unwrap_or(*si);
         // Five digits: the conversion to SI and back must not show.
         (Quantity::new(&v.name, &v.unit), format!("{shown:.4e}").parse().unwrap_or(shown))
@@ -279,13 +279,13 @@ pub(super) fn gains(found: &Findings<'_>) -> Option<GainsFigure> {
     let first = diagnosis.rungs.first()?;
     let readings = whiten::readings(&found.problem.data);
     let square: f64 = difference(&readings, &diagnosis.residuals.predicted).iter().map(|v| v * v).sum();
-    let mut steps = vec![Step {
+    let mut steps = vec![LadderStep {
         name: "The machine as it is".into(),
         kept_out: first.gain.as_ref().map_or(f64::NAN, |gain| gain.before),
         all: (square / readings.len().max(1) as f64).sqrt(),
         remark: String::new(),
     }];
-    steps.extend(diagnosis.rungs.iter().map(|rung| Step {
+    steps.extend(diagnosis.rungs.iter().map(|rung| LadderStep {
         name: capital(&ladder::causes(rung)),
         kept_out: rung.gain.as_ref().map_or(f64::NAN, |gain| gain.after),
         all: rung.rms,

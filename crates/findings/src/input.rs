@@ -7,7 +7,8 @@ use coldplate_base::error::{Error, Result, did_you_mean};
 use coldplate_base::units::{Dimension, parse};
 use coldplate_diagnose::{Costs, UserKind, hypotheses};
 use coldplate_evidence::measurement::Data;
-use coldplate_solve::sensitivity::{Study, UncertainNumber};
+use coldplate_solve::sensitivity::UncertainNumber;
+use coldplate_solve::study::Study;
 
 /// A kind that is not to be tried.
 ///
@@ -74,7 +75,7 @@ pub fn user_kinds(path: &Path, study: &Study) -> Result<Vec<UserKind>> {
         if kind.scale <= 0.0 {
             return Err(Error::input("the scale of an amplitude is positive").at_key(format!("kind.{name}.scale")).in_file(path));
         }
-        // The machine file's own reader says what is wrong with places and expression.
+        // The machine file's own reader finds errors in places and expression.
         let value = format!("{{ in = {:?}, power = {:?} }}", kind.places, kind.expression);
         study
             .edited(&[(format!("source.{}", quoted(&name)), value)])

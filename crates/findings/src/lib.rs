@@ -26,7 +26,7 @@ use coldplate_base::error::Result;
 use coldplate_base::numbers::significant;
 use coldplate_base::progress::Progress;
 use coldplate_diagnose::{Cause, Certainty, Diagnosis, Effect, Explanation, Problem, Verdict, sentence};
-use coldplate_evidence::discrepancy::Level;
+use coldplate_evidence::discrepancy::DiscrepancySize;
 use coldplate_figures::chart::gains::GainsFigure;
 use coldplate_figures::report::Report;
 use energy::EnergyBalances;
@@ -132,7 +132,7 @@ impl Findings<'_> {
     fn verdict_in_words(&self) -> String {
         let found = &self.diagnosis;
         match found.verdict {
-            Verdict::Consistent if found.unexplained != Level::NONE => format!(
+            Verdict::Consistent if found.unexplained != DiscrepancySize::NONE => format!(
                 "The readings do not contradict the machine: they differ from it by more than the stated errors (probability {:.3}), but no more than models of such machines and days do ({}).",
                 found.misfit.probability.min(found.misfit.look_elsewhere),
                 found.unexplained.in_words(self.problem.data.is_transient())

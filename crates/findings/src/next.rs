@@ -60,7 +60,7 @@ pub struct NextRecord {
     pub condition: BTreeMap<String, String>,
     pub intervention: InterventionRecord,
     pub text: String,
-    /// Mean distance of open explanations in standard deviations of what would be read.
+    /// Mean distance of open explanations, in standard deviations of the expected readings.
     pub separation_sigma: f64,
     pub least_sigma: f64,
     /// A sensor that the data lack and that the test needs.

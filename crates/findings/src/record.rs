@@ -5,17 +5,17 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::energy::Balance;
-use super::extended::Change;
+use super::energy::ConditionBalance;
+use super::extended::KeyChange;
 use super::next::{NextRecord, by_name};
-use super::refit::{AgainstReadings, Fitted};
+use super::refit::{AgainstReadings, RefittedSurrogate};
 use super::{Findings, ladder, name, other_names};
 use coldplate_base::units::Measurand;
 use coldplate_diagnose::{Cause, Explanation, Gain, Problem, Rung, Verdict, sentence};
-use coldplate_evidence::discrepancy::Level;
-use coldplate_evidence::measurement::faults::{Fault, FaultRecord};
+use coldplate_evidence::discrepancy::DiscrepancySize;
+use coldplate_evidence::faults::{Fault, FaultRecord};
 use coldplate_evidence::measurement::whiten;
-use coldplate_evidence::residuals::Compared;
+use coldplate_evidence::record::{PredictedRecord, ReadingRecord, RmseRecord};
 use coldplate_solve::meshed::Flows;
 
 /// The whole answer.
@@ -40,7 +40,7 @@ pub struct DiagnosisRecord {
     pub gain: Option<GainRecord>,
     /// Path of the extended machine.
     pub extended_machine: Option<String>,
-    pub changes: Option<Vec<Change>>,
+    pub changes: Option<Vec<KeyChange>>,
     pub surrogate: Option<SurrogateRecord>,
     /// Causes that were composed.
     pub tried: usize,
@@ -48,7 +48,7 @@ pub struct DiagnosisRecord {
     pub visible: usize,
     pub missing_heat: Vec<MissingHeatRecord>,
     pub heat_balance: Vec<HeatBalanceRecord>,
-    pub readings: Vec<ReadingRecord>,
+    pub readings: Vec<ExplainedReadingRecord>,
     /// Faulty readings that were found.
     pub faults: Vec<FaultRecord>,
     /// Share of the stated noise that the readings of a table show, if the stated noise is far too large; 1
@@ -168,16 +168,8 @@ pub struct DiscrepancyRecord {
 #[derive(Debug, Clone, Serialize)]
 #[allow(missing_docs, non_snake_case)]
 pub struct GainRecord {
-    /// Root mean square error of temperatures before; left out if there are none. Displacements have fields of their
-    /// own.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub rmse_before_K: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub rmse_after_K: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub rmse_before_um: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub rmse_after_um: Option<f64>,
+    #[serde(flatten)]
+    pub rmse: RmseRecord,
     /// Lower end of the 90 % interval of the gain, K.
     pub low: f64,
     /// Upper end, K.
@@ -244,12 +236,9 @@ pub struct WaterRecord {
 /// One reading, its predictions and residual.
 #[derive(Debug, Clone, Serialize)]
 #[allow(missing_docs, non_snake_case)]
-pub struct ReadingRecord {
-    pub test: String,
-    pub time_s: Option<f64>,
-    pub sensor: String,
+pub struct ExplainedReadingRecord {
     #[serde(flatten)]
-    pub compared: Compared,
+    pub reading: ReadingRecord<PredictedRecord>,
     /// The whitened residual, in standard deviations.
     pub whitened: f64,
     /// Prediction of the best explanation.
@@ -309,32 +298,24 @@ impl GainRecord {
         let (data, residuals) = (&found.problem.data, &found.diagnosis.residuals);
         let (measured, measurands) = (whiten::readings(data), data.measurands(&found.problem.study.model.machine));
         let has_displacements = measurands.contains(&Measurand::Displacement);
-        let rmse = |of: Measurand, share: f64| {
+        let rmse = |of: Measurand, is_after: bool| {
             if !has_displacements {
-                return (of == Measurand::Temperature).then_some(if share > 0.0 { g.after } else { g.before });
+                return (of == Measurand::Temperature).then_some(if is_after { g.after } else { g.before });
             }
+            let share = if is_after { 1.0 } else { 0.0 };
             let own = whiten::places(data).into_iter().enumerate().filter(|(_, (_, k))| measurands[*k] == of);
             let left = own.map(|(i, _)| measured[i] - residuals.predicted[i] - share * g.readings[i].change);
             let (sum, count) = left.fold((0.0, 0_usize), |(sum, count), r| (sum + r * r, count + 1));
             (count > 0).then(|| (sum / count as f64).sqrt())
         };
-        Self {
-            rmse_before_K: rmse(Measurand::Temperature, 0.0),
-            rmse_after_K: rmse(Measurand::Temperature, 1.0),
-            rmse_before_um: rmse(Measurand::Displacement, 0.0),
-            rmse_after_um: rmse(Measurand::Displacement, 1.0),
-            low: g.low,
-            high: g.high,
-            noise_floor_K: g.noise_floor,
-            held_out: g.conditions.clone(),
-        }
+        Self { rmse: RmseRecord::of(rmse), low: g.low, high: g.high, noise_floor_K: g.noise_floor, held_out: g.conditions.clone() }
     }
 }
 
 impl RungRecord {
     fn of(found: &Findings<'_>, rung: &Rung) -> Self {
         let is_log = found.problem.data.is_transient();
-        let Level { wandering, memory, between_tests, numbers } = rung.left;
+        let DiscrepancySize { wandering, memory, between_tests, numbers } = rung.left;
         Self {
             causes: rung.causes.iter().map(RungCauseRecord::of).collect(),
             refitted: rung.refitted.iter().map(RungCauseRecord::of).collect(),
@@ -398,7 +379,7 @@ fn causes(found: &Findings<'_>, explanation: &Explanation) -> Vec<CauseRecord> {
 }
 
 impl SurrogateRecord {
-    fn of(fit: &Fitted) -> Self {
+    fn of(fit: &RefittedSurrogate) -> Self {
         let of = |value: fn(&AgainstReadings) -> f64| fit.readings.as_ref().map(value);
         Self {
             file: fit.path.display().to_string(),
@@ -414,8 +395,8 @@ impl SurrogateRecord {
 }
 
 impl HeatBalanceRecord {
-    fn of(problem: &Problem, balance: &Balance) -> Self {
-        let water = |w: &super::energy::Water| WaterRecord {
+    fn of(problem: &Problem, balance: &ConditionBalance) -> Self {
+        let water = |w: &super::energy::WaterHeat| WaterRecord {
             circuit: w.circuit.clone(),
             measured_W: w.measured,
             standard_deviation_W: w.deviation,
@@ -438,19 +419,19 @@ impl FlowsRecord {
     }
 }
 
-fn readings(found: &Findings<'_>) -> Vec<ReadingRecord> {
-    let (data, diagnosis) = (&found.problem.data, &found.diagnosis);
-    let measured = whiten::readings(data);
-    let measurand = |k: usize| found.problem.study.model.machine.sensors[data.sensors[k]].measurand();
-    let explained = |of: Measurand, i: usize, k: usize| diagnosis.explained.as_ref().filter(|_| measurand(k) == of).map(|e| of.shown(e[i]));
-    let of = |(i, (r, k)): (usize, &(usize, usize))| ReadingRecord {
-        test: data.rows[*r].test.clone(),
-        time_s: data.rows[*r].time,
-        sensor: data.names[*k].clone(),
-        compared: Compared::of(measurand(*k), measured[i], diagnosis.residuals.predicted[i]),
-        whitened: diagnosis.residuals.whitened[i],
-        explained_degC: explained(Measurand::Temperature, i, *k),
-        explained_um: explained(Measurand::Displacement, i, *k),
+fn readings(found: &Findings<'_>) -> Vec<ExplainedReadingRecord> {
+    let (machine, data, diagnosis) = (&found.problem.study.model.machine, &found.problem.data, &found.diagnosis);
+    let (measured, measurands) = (whiten::readings(data), data.measurands(machine));
+    let compared = |i: usize, own: Measurand| PredictedRecord::of(own, measured[i], diagnosis.residuals.predicted[i]);
+    let records = ReadingRecord::all(machine, data, compared).into_iter().zip(whiten::places(data)).enumerate();
+    let of = |(i, (reading, (_, k)))| {
+        let explained = |of: Measurand| diagnosis.explained.as_ref().filter(|_| measurands[k] == of).map(|e| of.shown(e[i]));
+        ExplainedReadingRecord {
+            reading,
+            whitened: diagnosis.residuals.whitened[i],
+            explained_degC: explained(Measurand::Temperature),
+            explained_um: explained(Measurand::Displacement),
+        }
     };
-    whiten::places(data).iter().enumerate().map(of).collect()
+    records.map(of).collect()
 }

@@ -11,7 +11,7 @@ use coldplate_base::progress::Progress;
 use coldplate_diagnose::Problem;
 use coldplate_evidence::measurement::Data;
 use coldplate_jobs::refit::{Refit, refit};
-use coldplate_solve::sensitivity::Study;
+use coldplate_solve::study::Study;
 use coldplate_surrogate::fit::file;
 use coldplate_surrogate::verdict::{self, condition};
 
@@ -19,12 +19,12 @@ use coldplate_surrogate::verdict::{self, condition};
 #[derive(Debug)]
 pub struct Refitted {
     /// The surrogate of the extended machine, if there is one.
-    pub fit: Option<Fitted>,
+    pub fit: Option<RefittedSurrogate>,
 }
 
 /// A surrogate of the extended machine beside one of the machine as it was.
 #[derive(Debug)]
-pub struct Fitted {
+pub struct RefittedSurrogate {
     /// Path of the file.
     pub path: PathBuf,
     /// Bytes of the file.
@@ -52,7 +52,7 @@ pub struct AgainstReadings {
     pub outside: usize,
 }
 
-impl Fitted {
+impl RefittedSurrogate {
     /// Errors of the surrogate, in a sentence or two.
     pub fn words(&self) -> String {
         let against = match self.readings {
@@ -93,7 +93,7 @@ impl Refitted {
             _ => None,
         };
         Ok(Self {
-            fit: Some(Fitted {
+            fit: Some(RefittedSurrogate {
                 path: path.to_path_buf(),
                 bytes: after.bytes,
                 conditions: after.conditions,

@@ -1,6 +1,6 @@
 //! A diagnosis as one HTML file, for readers who were not there.
 
-use super::energy::Balance;
+use super::energy::ConditionBalance;
 use super::next;
 use super::{Findings, capital, figures, ladder, name, words};
 use coldplate_base::document::name_of;
@@ -9,7 +9,7 @@ use coldplate_base::numbers::short;
 use coldplate_diagnose::{Certainty, Verdict};
 use coldplate_evidence::measurement::whiten;
 use coldplate_figures::chart::gains::GainsFigure;
-use coldplate_figures::report::{Align, Cell, KeyFigure, Report, Section, Table, Tone};
+use coldplate_figures::report::{Align, KeyFigure, Report, ReportSection, ReportTable, TableCell, Tone};
 use coldplate_solve::sensitivity::UncertainNumber;
 
 /// Most rows of a table of residuals, a count. Chosen: longer tables say little to a reader.
@@ -47,15 +47,15 @@ pub(super) fn report(found: &Findings<'_>) -> Result<Report> {
     Ok(report)
 }
 
-fn table<const N: usize>(columns: [(&str, Align); N]) -> Table {
-    Table::new(columns)
+fn table<const N: usize>(columns: [(&str, Align); N]) -> ReportTable {
+    ReportTable::new(columns)
 }
 
-fn text(value: impl Into<String>) -> Cell {
-    Cell::from(value.into())
+fn text(value: impl Into<String>) -> TableCell {
+    TableCell::from(value.into())
 }
 
-fn in_short(section: &mut Section, found: &Findings<'_>) {
+fn in_short(section: &mut ReportSection, found: &Findings<'_>) {
     let diagnosis = &found.diagnosis;
     let tone = match diagnosis.verdict {
         Verdict::Consistent => Tone::Good,
@@ -92,7 +92,7 @@ fn in_short(section: &mut Section, found: &Findings<'_>) {
         data.names.len(),
         data.count(),
         match diagnosis.verdict {
-            Verdict::Consistent => "The differences are no larger than the uncertainty of readings, conditions and model makes them.",
+            Verdict::Consistent => "The differences are no larger than the uncertainty of readings, conditions and model explains.",
             Verdict::Explained => "The differences are more than noise, and one explanation stands out from all others.",
             Verdict::CannotTell =>
                 "The differences are more than noise, and several explanations fit it: more has to be measured to tell them apart.",
@@ -101,7 +101,7 @@ fn in_short(section: &mut Section, found: &Findings<'_>) {
     ));
 }
 
-fn residuals(section: &mut Section, found: &Findings<'_>) -> Result<()> {
+fn residuals(section: &mut ReportSection, found: &Findings<'_>) -> Result<()> {
     section.paragraph(
         "Each row is a sensor, each column a condition. Vermillion: the sensor reads more than the simulation says; blue: less. A row of one \
          colour points to the sensor or to the part it sits on, a column of one colour to the condition.",
@@ -117,11 +117,11 @@ fn residuals(section: &mut Section, found: &Findings<'_>) -> Result<()> {
 }
 
 /// Residuals in kelvin, folded.
-fn kelvin(found: &Findings<'_>) -> Table {
+fn kelvin(found: &Findings<'_>) -> ReportTable {
     let (data, diagnosis) = (&found.problem.data, &found.diagnosis);
     let mut head = vec![("test".to_string(), Align::Left)];
     head.extend(data.names.iter().map(|n| (n.clone(), Align::Right)));
-    let mut table = Table::new(head);
+    let mut table = ReportTable::new(head);
     let places = whiten::places(data);
     let readings = whiten::readings(data);
     let shown: Vec<usize> = (0..data.rows.len()).step_by(data.rows.len().div_ceil(ROWS).max(1)).collect();
@@ -147,7 +147,7 @@ fn kelvin(found: &Findings<'_>) -> Table {
     table
 }
 
-fn significance(section: &mut Section, found: &Findings<'_>) -> Result<()> {
+fn significance(section: &mut ReportSection, found: &Findings<'_>) -> Result<()> {
     let misfit = &found.diagnosis.misfit;
     let chance = |p: f64| if p < 1e-6 { "less than one in a million".to_string() } else { format!("{p:.2e}") };
     section.paragraph(format!(
@@ -174,7 +174,7 @@ fn significance(section: &mut Section, found: &Findings<'_>) -> Result<()> {
     Ok(())
 }
 
-fn energy(section: &mut Section, found: &Findings<'_>) -> Result<()> {
+fn energy(section: &mut ReportSection, found: &Findings<'_>) -> Result<()> {
     if let Some(figure) = figures::balance(found) {
         section.figure(&figure, "")?;
     }
@@ -191,7 +191,7 @@ fn energy(section: &mut Section, found: &Findings<'_>) -> Result<()> {
     Ok(())
 }
 
-fn flows(found: &Findings<'_>, balances: &[Balance]) -> Table {
+fn flows(found: &Findings<'_>, balances: &[ConditionBalance]) -> ReportTable {
     let mut names: Vec<(bool, &String)> = Vec::new();
     for balance in balances {
         for flows in [Some(&balance.before), balance.after.as_ref()].into_iter().flatten() {
@@ -206,7 +206,7 @@ fn flows(found: &Findings<'_>, balances: &[Balance]) -> Table {
     names.sort_by_key(|(is_source, _)| !is_source);
     let mut head = vec![("test".to_string(), Align::Left)];
     head.extend(names.iter().map(|(is_source, n)| (format!("{} {n} [W]", if *is_source { "in:" } else { "out:" }), Align::Right)));
-    let mut table = Table::new(head);
+    let mut table = ReportTable::new(head);
     for balance in balances {
         let mut cells = vec![text(&balance.test)];
         for (is_source, name) in &names {
@@ -233,7 +233,7 @@ fn flows(found: &Findings<'_>, balances: &[Balance]) -> Table {
 }
 
 /// The heat balance by the outlet sensors, in words.
-fn summary(balances: &[Balance]) -> String {
+fn summary(balances: &[ConditionBalance]) -> String {
     let all: Vec<_> = balances.iter().flat_map(|b| &b.water).filter(|w| w.deviation > 0.0).collect();
     let weight: f64 = all.iter().map(|w| w.deviation.powi(-2)).sum();
     let mean = all.iter().map(|w| (w.measured - w.before) * w.deviation.powi(-2)).sum::<f64>() / weight;
@@ -252,7 +252,7 @@ fn summary(balances: &[Balance]) -> String {
     )
 }
 
-fn water(balances: &[Balance]) -> Table {
+fn water(balances: &[ConditionBalance]) -> ReportTable {
     let mut table = table([
         ("test", Align::Left),
         ("circuit", Align::Left),
@@ -269,11 +269,11 @@ fn water(balances: &[Balance]) -> Table {
             table.row([
                 text(&balance.test),
                 text(&w.circuit),
-                Cell::number(w.measured, 1),
-                Cell::number(w.deviation, 1),
-                Cell::number(w.before, 1),
-                Cell::number(excess, 1).tone(tone),
-                Cell::optional(w.after, 1),
+                TableCell::number(w.measured, 1),
+                TableCell::number(w.deviation, 1),
+                TableCell::number(w.before, 1),
+                TableCell::number(excess, 1).tone(tone),
+                TableCell::optional(w.after, 1),
             ]);
         }
     }
@@ -282,7 +282,7 @@ fn water(balances: &[Balance]) -> Table {
     table
 }
 
-fn explanations(section: &mut Section, found: &Findings<'_>) -> Result<()> {
+fn explanations(section: &mut ReportSection, found: &Findings<'_>) -> Result<()> {
     let diagnosis = &found.diagnosis;
     section.figure(&figures::ranking(found), "")?;
     let open = found.open();
@@ -327,7 +327,7 @@ fn explanations(section: &mut Section, found: &Findings<'_>) -> Result<()> {
     Ok(())
 }
 
-fn next(section: &mut Section, found: &Findings<'_>) {
+fn next(section: &mut ReportSection, found: &Findings<'_>) {
     let next = &found.diagnosis.next;
     if next.is_empty() {
         section.paragraph(match found.diagnosis.verdict {
@@ -349,7 +349,7 @@ fn next(section: &mut Section, found: &Findings<'_>) {
     }));
 }
 
-fn extended(section: &mut Section, found: &Findings<'_>) {
+fn extended(section: &mut ReportSection, found: &Findings<'_>) {
     let Some(extended) = &found.extended else {
         section.paragraph(format!("{}.", capital(&format!("none was written: {}", found.why_not_extended()))));
         return;
@@ -381,7 +381,7 @@ fn extended(section: &mut Section, found: &Findings<'_>) {
 }
 
 /// The ladder: the causes of every rung, the numbers refitted beside them, and the remaining residual.
-fn steps(section: &mut Section, found: &Findings<'_>, figure: &GainsFigure) -> Result<()> {
+fn steps(section: &mut ReportSection, found: &Findings<'_>, figure: &GainsFigure) -> Result<()> {
     section.paragraph(if found.diagnosis.is_calibrated() {
         "No cause is named. What all films, all heats and all emissivities share, and the other numbers of the machine file, are drawn by the \
          readings as far as their own uncertainty lets them; that predicts data kept out better."
@@ -411,7 +411,7 @@ fn steps(section: &mut Section, found: &Findings<'_>, figure: &GainsFigure) -> R
     Ok(())
 }
 
-fn gain(section: &mut Section, found: &Findings<'_>) -> Result<()> {
+fn gain(section: &mut ReportSection, found: &Findings<'_>) -> Result<()> {
     match &found.diagnosis.gain {
         Some(gain) => {
             let gained = gain.before - gain.after;
@@ -446,7 +446,7 @@ fn gain(section: &mut Section, found: &Findings<'_>) -> Result<()> {
     Ok(())
 }
 
-fn method(section: &mut Section, found: &Findings<'_>) {
+fn method(section: &mut ReportSection, found: &Findings<'_>) {
     let discrepancy = found.problem.discrepancy;
     section.paragraph(format!(
         "Residuals are judged against a covariance of reading noise, each sensor's own error, the errors of every condition, and what every such \
@@ -463,7 +463,7 @@ fn method(section: &mut Section, found: &Findings<'_>) {
     ));
 }
 
-fn provenance(section: &mut Section, found: &Findings<'_>) {
+fn provenance(section: &mut ReportSection, found: &Findings<'_>) {
     let problem = &found.problem;
     let document = problem.machine_file();
     let uncertainty = match &problem.uncertainty.file {

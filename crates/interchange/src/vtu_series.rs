@@ -6,11 +6,12 @@ use std::path::{Path, PathBuf};
 use regex::Regex;
 use serde::Serialize;
 
+use super::foreign::{UnitOf, express};
 use coldplate_base::document::suggestion;
 use coldplate_base::error::{Error, Result, did_you_mean};
 use coldplate_base::units::{self, Dimension};
-use coldplate_base::vtu::{Place, Support, Vtu};
-use coldplate_tables::{Column, Table, TextColumn, UnitOf};
+use coldplate_base::vtu::{FieldSupport, MeshPlace, Vtu};
+use coldplate_tables::{Column, Table, TextColumn};
 
 /// Column of the conditions that names the file.
 const FILE: &str = "file";
@@ -43,7 +44,7 @@ pub enum Conditions {
     /// A table with a column `file`, and the path of the table.
     Table(Box<Table>, PathBuf),
     /// Names of the files, with places `{{NAME:UNIT}}` for values.
-    Names(Names),
+    Names(NamePattern),
 }
 
 /// How a measurement point was read, over all files.
@@ -89,19 +90,19 @@ impl PointOf {
 
 /// A pattern of names: `rig_{{coolant_flow:L/min}}_{{motor_speed:rpm}}.vtu`.
 #[derive(Debug)]
-pub struct Names {
+pub struct NamePattern {
     pattern: Regex,
     text: String,
     /// Name and unit of each place.
     variables: Vec<(String, String)>,
 }
 
-impl Names {
+impl NamePattern {
     /// Reads a pattern.
     ///
     /// # Errors
     /// A place that is not closed, has no name or no unit, or stands twice; a pattern without places.
-    pub fn parse(text: &str) -> Result<Names> {
+    pub fn parse(text: &str) -> Result<NamePattern> {
         let wrong = |what: &str| Error::input(what).at_key("--names").read(text).help("write {{NAME:UNIT}} where a value stands");
         let (mut pattern, mut variables, mut rest) = (String::from("^"), Vec::<(String, String)>::new(), text);
         while let Some((before, after)) = rest.split_once("{{") {
@@ -123,7 +124,7 @@ impl Names {
         pattern += &regex::escape(rest);
         pattern += "$";
         let pattern = Regex::new(&pattern).map_err(|_| wrong("this pattern is too long"))?;
-        Ok(Names { pattern, text: text.to_string(), variables })
+        Ok(NamePattern { pattern, text: text.to_string(), variables })
     }
 
     /// The condition columns of these files.
@@ -212,7 +213,7 @@ pub fn table(
     table.columns.append(&mut outputs);
     table.provenance.push(("source".into(), format!("{} VTU files", files.len())));
     for (name, unit) in units.iter().filter(|(name, _)| points.iter().any(|p| p.name == *name)) {
-        table.express(name, unit)?;
+        express(&mut table, name, unit)?;
     }
     table.check()?;
     Ok((table, read_at))
@@ -285,8 +286,8 @@ fn read(file: &Path, points: &[PointOf], metre: f64) -> Result<Vec<(f64, Option<
     let one = |point: &PointOf| {
         let support = match point.at {
             At::Place(_) => None,
-            At::Point(_) => Some(Support::Points),
-            At::Cell(_) => Some(Support::Cells),
+            At::Point(_) => Some(FieldSupport::Points),
+            At::Cell(_) => Some(FieldSupport::Cells),
         };
         let (name, component) = match component_of(&point.field) {
             Some((name, component)) if !grid.fields().contains(&point.field.as_str()) => (name, Some(component)),
@@ -296,12 +297,12 @@ fn read(file: &Path, points: &[PointOf], metre: f64) -> Result<Vec<(f64, Option<
         let component = which(component, field.components).map_err(|e| e.in_file(file).at_key(name))?;
         let place = match (&point.at, &mesh) {
             (At::Place(at), Some((places, cells))) => cells.place(places, at.map(|x| x / metre)),
-            (At::Point(at), _) => Some(Place::Near { point: *at, cell: None, distance: 0.0 }),
-            (At::Cell(at), _) => Some(Place::Inside { cell: *at, corners: Vec::new() }),
+            (At::Point(at), _) => Some(MeshPlace::Near { point: *at, cell: None, distance: 0.0 }),
+            (At::Cell(at), _) => Some(MeshPlace::Inside { cell: *at, corners: Vec::new() }),
             (At::Place(_), None) => None,
         };
         let off = match (&place, &point.at, &mesh) {
-            (Some(Place::Near { distance, .. }), At::Place(_), Some((places, _))) => Some((distance * metre, diagonal(places) * metre)),
+            (Some(MeshPlace::Near { distance, .. }), At::Place(_), Some((places, _))) => Some((distance * metre, diagonal(places) * metre)),
             _ => None,
         };
         if let Some((distance, diagonal)) = off.filter(|(distance, diagonal)| *distance > FARTHEST * diagonal) {

@@ -9,14 +9,14 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::designs::{fit_options, is_one_factor};
-use super::{fitting, unit_of_errors};
+use super::fitting::{self, unit_of_errors};
 use coldplate_base::error::Result;
 use coldplate_base::numbers::significant;
 use coldplate_base::progress::Progress;
 use coldplate_explore::sweep::sweep_file::Sweep;
-use coldplate_explore::sweep::{Growth, Purpose, Round, SweepOptions, Swept};
-use coldplate_surrogate::fit::placement::{Known, most_telling};
-use coldplate_surrogate::fit::{Fit, evaluate};
+use coldplate_explore::sweep::{DesignGrowth, Purpose, SweepOptions, SweepRound, Swept};
+use coldplate_surrogate::fit::placement::{KnownRow, most_telling};
+use coldplate_surrogate::fit::{SurrogateFit, evaluate};
 
 /// How a sweep came to its accuracy; each field is a key under `adaptive` of `coldplate run --json` and `sweep --json`.
 #[derive(Debug, Clone, Serialize)]
@@ -122,7 +122,7 @@ pub struct Ran {
     /// How the sweep came to its accuracy, if the sweep file states one.
     pub adaptation: Option<Adaptation>,
     /// The fit that was found accurate enough, or the last one, without the uncertainty of the machine.
-    pub fit: Option<Fit>,
+    pub fit: Option<SurrogateFit>,
 }
 
 /// Runs a sweep, to its accuracy if it states one.
@@ -157,7 +157,7 @@ pub fn run(sweep: &Sweep, folder: &Path, options: SweepOptions<'_>, progress: &d
 
 /// A round with its fit.
 struct State {
-    fit: Fit,
+    fit: SurrogateFit,
     /// Rows of the plan that were fitted.
     rows: Vec<usize>,
     /// Conditions of these rows, in the variables of the fit.
@@ -171,7 +171,7 @@ struct State {
 }
 
 impl State {
-    fn of(sweep: &Sweep, round: &Round<'_>) -> Result<Self> {
+    fn of(sweep: &Sweep, round: &SweepRound<'_>) -> Result<Self> {
         let is_of_design = |row: &usize| round.plan.group_of(*row).is_some_and(|g| !is_one_factor(g));
         let table = round.table.select(|row| is_of_design(&round.rows[row]));
         let rows: Vec<usize> = round.rows.iter().copied().filter(is_of_design).collect();
@@ -222,7 +222,7 @@ impl State {
 
     /// The conditions to be added: where the points that miss the accuracy are least sure, or all points if none
     /// misses it.
-    fn next(&self, growth: &Growth, round: usize, room: usize, so_far: &Round<'_>) -> Vec<Vec<f64>> {
+    fn next(&self, growth: &DesignGrowth, round: usize, room: usize, so_far: &SweepRound<'_>) -> Vec<Vec<f64>> {
         let scaled = |place: Vec<f64>| -> Vec<f64> { place.iter().map(|u| 2.0 * u - 1.0).collect() };
         let points = &self.fit.points;
         let is_missed = |p: &usize| points[*p].half_width > growth.accuracy;
@@ -230,12 +230,12 @@ impl State {
         let counted: Vec<usize> = (0..points.len()).filter(|p| is_missed(p) || !some_miss).collect();
         let known = |row: &usize| {
             let solved = self.rows.iter().position(|r| r == row);
-            Known {
+            KnownRow {
                 place: scaled(growth.place(&so_far.plan.conditions[*row])),
                 errors: solved.map(|i| counted.iter().map(|p| points[*p].held_out[i].abs()).collect()),
             }
         };
-        let known: Vec<Known> = self.design.iter().map(known).collect();
+        let known: Vec<KnownRow> = self.design.iter().map(known).collect();
         let candidates = growth.candidates(round);
         let places: Vec<Vec<f64>> = candidates.iter().cloned().map(scaled).collect();
         let taken = most_telling(&known, &places, growth.batch().min(room));

@@ -2,10 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use super::TARGET;
 use super::charts::operator_sheet;
-use super::figures::{self, Comparison};
+use super::figures::{self, TableComparison};
 use super::gallery::{Gallery, file_name};
+use super::summary::TARGET;
+use coldplate_base::condition::{self, AMBIENT_TEMPERATURE, COOLANT_FLOW, COOLANT_TEMPERATURE, MOTOR_SPEED};
 use coldplate_base::error::Result;
 use coldplate_surrogate::fit::PointReport;
 use coldplate_surrogate::verdict::Surrogate;
@@ -19,7 +20,7 @@ use coldplate_tables::Table;
 pub fn draw_surrogate(
     gallery: &mut Gallery,
     surrogate: &Surrogate<'_>,
-    comparison: &Comparison,
+    comparison: &TableComparison,
     fits: &[PointReport],
     machine: &str,
 ) -> Result<()> {
@@ -31,15 +32,14 @@ pub fn draw_surrogate(
         .collect();
     let wanted = |topic: &str| !given.contains(&topic);
     if surrogate.limit_count() > 0 {
-        let pairs = [("motor_speed", "coolant_flow"), ("coolant_temperature", "ambient_temperature")];
+        let pairs = [(MOTOR_SPEED, COOLANT_FLOW), (COOLANT_TEMPERATURE, AMBIENT_TEMPERATURE)];
         for (across, up) in pairs.into_iter().filter(|_| wanted("acceptability")) {
             if let (Some(a), Some(u)) = (index(across), index(up)) {
-                let map = figures::map(surrogate, a, u, &x, None, figures::Lines::Margin)?;
+                let map = figures::map(surrogate, a, u, &x, None, figures::ContourQuantity::Margin)?;
                 gallery.add(&format!("acceptability_{across}_{up}"), "acceptability", &map)?;
             }
         }
-        let four = ["coolant_flow", "coolant_temperature", "motor_speed", "ambient_temperature"];
-        if wanted("operator_sheet") && four.iter().all(|n| index(n).is_some()) {
+        if wanted("operator_sheet") && condition::NAMES.iter().all(|n| index(n).is_some()) {
             let sheet = operator_sheet(surrogate, machine, &figures::provenance(surrogate))?;
             gallery.add("operator_sheet", "operator_sheet", &sheet)?;
         }
@@ -71,7 +71,7 @@ pub fn draw_surrogate(
 /// # Errors
 /// A figure that cannot be drawn or written, and a table without the surrogate's variables and points.
 pub fn chart(surrogate: &Surrogate<'_>, tables: &[(Table, bool)], folder: &Path) -> Result<Vec<PathBuf>> {
-    let mut comparison = Comparison::default();
+    let mut comparison = TableComparison::default();
     for (table, held_out) in tables {
         comparison.add(surrogate, table, *held_out)?;
     }

@@ -1,33 +1,33 @@
 //! Results from a sweep's tables: a surrogate of its designs, and one table per one-factor sweep.
 
-use super::figures::Comparison;
+use super::figures::TableComparison;
 use super::fitting;
 use coldplate_base::error::Result;
-use coldplate_describe::machine::{Scope, Variable};
+use coldplate_describe::machine::{DescribedVariable, Scope};
 use coldplate_explore::sweep::sweep_file::Sweep;
-use coldplate_explore::sweep::{self, FitKeys, Group, Plan, Purpose, Swept};
-use coldplate_surrogate::fit::model::{Held, Point, PointModel, Polynomial, Surrogate, Transform};
-use coldplate_surrogate::fit::{self, Fit, FitOptions, file};
+use coldplate_explore::sweep::{self, ConditionGroup, FitKeys, Plan, Purpose, Swept};
+use coldplate_surrogate::fit::model::{HeldSpec, PointModel, PointSpec, PolynomialSpec, SurrogateSpec, Transform};
+use coldplate_surrogate::fit::{self, FitOptions, SurrogateFit, file};
 use coldplate_tables::Table;
 
 /// The surrogate of a sweep and its comparison with the sweep.
 #[derive(Debug)]
-pub struct Fitted {
+pub struct FittedDesigns {
     /// The fit.
-    pub fit: Fit,
+    pub fit: SurrogateFit,
     /// The surrogate file.
     pub bytes: Vec<u8>,
     /// Every condition of the sweep beside the surrogate's prediction.
-    pub comparison: Comparison,
+    pub comparison: TableComparison,
 }
 
 /// Groups of one varied variable: the paper's one-factor sweeps.
-pub fn is_one_factor(group: &Group) -> bool {
+pub fn is_one_factor(group: &ConditionGroup) -> bool {
     group.purpose == Purpose::Fit && group.varied.len() == 1
 }
 
 /// Rows of `table` that belong to a group for which `keep` holds.
-pub fn rows_of(table: &Table, plan: &Plan, keep: impl Fn(&Group) -> bool) -> Table {
+pub fn rows_of(table: &Table, plan: &Plan, keep: impl Fn(&ConditionGroup) -> bool) -> Table {
     let names: Vec<&str> = plan.groups.iter().filter(|g| keep(g)).map(|g| g.name.as_str()).collect();
     match table.text("group") {
         Some(groups) => table.select(|row| names.contains(&groups.values[row].as_str())),
@@ -37,7 +37,7 @@ pub fn rows_of(table: &Table, plan: &Plan, keep: impl Fn(&Group) -> bool) -> Tab
 
 /// The tables of a sweep.
 #[derive(Debug, Clone)]
-pub struct Tables {
+pub struct DesignTables {
     /// Conditions to be fitted.
     pub fitted: Table,
     /// Held-out conditions, if there are any.
@@ -48,7 +48,7 @@ pub struct Tables {
     pub followed: Option<Table>,
 }
 
-impl From<&Swept> for Tables {
+impl From<&Swept> for DesignTables {
     fn from(swept: &Swept) -> Self {
         let (validation, slopes, followed) = (swept.validation.clone(), swept.slopes.clone(), swept.followed.clone());
         Self { fitted: swept.table.clone(), validation, slopes, followed }
@@ -60,7 +60,13 @@ impl From<&Swept> for Tables {
 ///
 /// # Errors
 /// Errors of [`fitting::fit_table`].
-pub fn fit_designs(plan: &Plan, scope: &Scope, swept: &Tables, keys: FitKeys, fit: Option<Fit>) -> Result<Option<Fitted>> {
+pub fn fit_designs(
+    plan: &Plan,
+    scope: &Scope,
+    swept: &DesignTables,
+    keys: FitKeys,
+    fit: Option<SurrogateFit>,
+) -> Result<Option<FittedDesigns>> {
     if !plan.groups.iter().any(|g| g.purpose == Purpose::Fit && !is_one_factor(g)) {
         return Ok(None);
     }
@@ -73,7 +79,7 @@ pub fn fit_designs(plan: &Plan, scope: &Scope, swept: &Tables, keys: FitKeys, fi
     fitting::with_uncertainty(&mut fit, slopes.as_ref())?;
     fitting::with_followed(&mut fit, Some(scope), swept.followed.as_ref())?;
     let bytes = file::encode(&fit.surrogate)?;
-    let mut comparison = Comparison::default();
+    let mut comparison = TableComparison::default();
     {
         let opened = file::open(&bytes)?;
         comparison.add(&opened, &table, false)?;
@@ -81,7 +87,7 @@ pub fn fit_designs(plan: &Plan, scope: &Scope, swept: &Tables, keys: FitKeys, fi
             comparison.add(&opened, validation, true)?;
         }
     }
-    Ok(Some(Fitted { fit, bytes, comparison }))
+    Ok(Some(FittedDesigns { fit, bytes, comparison }))
 }
 
 /// Settings of the fit, as a sweep file states them.
@@ -96,7 +102,7 @@ pub fn fit_options(keys: FitKeys) -> FitOptions {
 }
 
 /// The one-factor sweeps of a plan, each with its rows.
-pub fn one_factor_tables<'a>(plan: &'a Plan, table: &Table) -> Vec<(&'a Group, Table)> {
+pub fn one_factor_tables<'a>(plan: &'a Plan, table: &Table) -> Vec<(&'a ConditionGroup, Table)> {
     plan.groups.iter().filter(|g| is_one_factor(g)).map(|g| (g, rows_of(table, plan, |other| other.name == g.name))).collect()
 }
 
@@ -114,26 +120,26 @@ pub fn rehearse(sweep: &Sweep) -> Result<()> {
     let mut varied: Vec<usize> = designs().flat_map(|g| g.varied.iter().copied()).collect();
     varied.sort_unstable();
     varied.dedup();
-    let constant = Polynomial { transforms: vec![Transform::Identity; varied.len()], terms: Vec::new(), coefficients: Vec::new() };
+    let constant = PolynomialSpec { transforms: vec![Transform::Identity; varied.len()], terms: Vec::new(), coefficients: Vec::new() };
     let subject = sweep.subject();
-    let point = |(name, unit): &(String, String)| Point {
+    let point = |(name, unit): &(String, String)| PointSpec {
         name: name.clone(),
         unit: unit.clone(),
         model: PointModel::Polynomial(constant.clone()),
         half_width: 0.0,
     };
     let variable = |v: &usize| {
-        let Variable { name, unit, .. } = &plan.variables[*v];
-        fit::model::Variable { name: name.clone(), unit: unit.clone(), low: 0.0, high: 1.0 }
+        let DescribedVariable { name, unit, .. } = &plan.variables[*v];
+        fit::model::VariableSpec { name: name.clone(), unit: unit.clone(), low: 0.0, high: 1.0 }
     };
-    let mut surrogate = Surrogate {
+    let mut surrogate = SurrogateSpec {
         variables: varied.iter().map(variable).collect(),
         points: subject.outputs.iter().map(point).collect(),
         provenance: sweep::provenance(plan, &subject, Purpose::Fit),
-        ..Surrogate::default()
+        ..SurrogateSpec::default()
     };
     let others = plan.variables.iter().enumerate().filter(|(v, _)| !varied.contains(v));
-    surrogate.held = others.map(|(_, v)| Held { name: v.name.clone(), unit: v.unit.clone(), value: 0.0 }).collect();
+    surrogate.held = others.map(|(_, v)| HeldSpec { name: v.name.clone(), unit: v.unit.clone(), value: 0.0 }).collect();
     surrogate.limits = fitting::limits(&sweep.scope, &surrogate, &surrogate.held).0;
     file::encode(&surrogate).map(|_| ()).map_err(|e| e.in_file(sweep.definition.document().file()))
 }

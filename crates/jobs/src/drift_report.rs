@@ -5,10 +5,10 @@ use coldplate_base::error::{Error, Result};
 use coldplate_base::numbers::{duration, significant};
 use coldplate_base::units::Measurand;
 use coldplate_explore::simulate::drift::{Drift, Tilt};
-use coldplate_explore::simulate::{History, Subject};
-use coldplate_figures::chart::history::{Course, HistoryFigure};
+use coldplate_explore::simulate::{History, SimulatedMachine};
+use coldplate_figures::chart::history::{HistoryFigure, HistoryLine};
 use coldplate_figures::chart::style::Quantity;
-use coldplate_figures::report::{Align, Cell, KeyFigure, Report, Section, Table};
+use coldplate_figures::report::{Align, KeyFigure, Report, ReportSection, ReportTable, TableCell};
 
 /// Most stretches of one condition that are listed, a count. Chosen: a page that can be read.
 const MOST: usize = 40;
@@ -40,7 +40,7 @@ pub fn check(measurands: &[Measurand]) -> Result<()> {
 ///
 /// # Errors
 /// The model has no displacement, or a figure cannot be drawn.
-pub fn report(model: &Subject<'_>, history: &History, schedule: &str) -> Result<Report> {
+pub fn report(model: &SimulatedMachine<'_>, history: &History, schedule: &str) -> Result<Report> {
     check(model.measurands)?;
     let (drifts, tilts) = (history.drifts(model), history.tilts(model));
     let (start, end) = (history.times.first().copied().unwrap_or(0.0), history.times.last().copied().unwrap_or(0.0));
@@ -59,7 +59,7 @@ pub fn report(model: &Subject<'_>, history: &History, schedule: &str) -> Result<
     Ok(report)
 }
 
-fn summary(section: &mut Section, history: &History, drifts: &[Drift], tilts: &[Tilt]) {
+fn summary(section: &mut ReportSection, history: &History, drifts: &[Drift], tilts: &[Tilt]) {
     section.key_figures(drifts.iter().map(|d| KeyFigure::new(format!("{:.1} um", d.range_um), format!("range of {}", d.sensor))));
     section.table(figures(
         "displacement, um",
@@ -83,9 +83,9 @@ fn summary(section: &mut Section, history: &History, drifts: &[Drift], tilts: &[
 /// which little of it is left.
 type Figures = (String, [f64; 3], Option<f64>, Option<f64>);
 
-fn figures(title: &str, rows: impl Iterator<Item = Figures>) -> Table {
+fn figures(title: &str, rows: impl Iterator<Item = Figures>) -> ReportTable {
     let right = Align::Right;
-    let mut table = Table::new([
+    let mut table = ReportTable::new([
         (title, Align::Left),
         ("range", right),
         ("in the first hour", right),
@@ -94,15 +94,15 @@ fn figures(title: &str, rows: impl Iterator<Item = Figures>) -> Table {
         ("within 10 % of it after", right),
     ]);
     for (name, ways, steady, settled) in rows {
-        let ways = ways.map(|way| Cell::number(way, 2));
+        let ways = ways.map(|way| TableCell::number(way, 2));
         let settled = settled.map_or("not reached".to_string(), duration);
-        table.row([Cell::from(name)].into_iter().chain(ways).chain([Cell::optional(steady, 2), settled.into()]));
+        table.row([TableCell::from(name)].into_iter().chain(ways).chain([TableCell::optional(steady, 2), settled.into()]));
     }
     table
 }
 
 /// Figures of displacements from their start, and of temperatures.
-fn courses(section: &mut Section, model: &Subject<'_>, history: &History) -> Result<()> {
+fn courses(section: &mut ReportSection, model: &SimulatedMachine<'_>, history: &History) -> Result<()> {
     for (measurand, title, quantity) in [
         (Measurand::Displacement, "Drift from the beginning", Quantity::new("drift", "um")),
         (Measurand::Temperature, "Temperatures", Quantity::new("temperature", "degC")),
@@ -110,9 +110,9 @@ fn courses(section: &mut Section, model: &Subject<'_>, history: &History) -> Res
         let own = model.sensors.iter().enumerate().filter(|(s, _)| model.measurands[*s] == measurand);
         let course = |(s, name): (usize, &String)| {
             let begun = if measurand == Measurand::Displacement { history.readings.first().map_or(0.0, |r| r[s]) } else { 0.0 };
-            Course { name: name.clone(), values: history.readings.iter().map(|r| measurand.shown(r[s]) - begun).collect() }
+            HistoryLine { name: name.clone(), values: history.readings.iter().map(|r| measurand.shown(r[s]) - begun).collect() }
         };
-        let courses: Vec<Course> = own.map(course).collect();
+        let courses: Vec<HistoryLine> = own.map(course).collect();
         if !courses.is_empty() {
             let figure = HistoryFigure { title: title.into(), times: history.times.clone(), quantity, courses, ..HistoryFigure::default() };
             section.figure(&figure, "")?;
@@ -136,7 +136,7 @@ fn stretches(history: &History) -> Vec<(usize, usize)> {
 }
 
 /// Table of the condition of every stretch, and the change of each displacement in it.
-fn conditions(section: &mut Section, model: &Subject<'_>, history: &History, stretches: &[(usize, usize)]) {
+fn conditions(section: &mut ReportSection, model: &SimulatedMachine<'_>, history: &History, stretches: &[(usize, usize)]) {
     let moving: Vec<usize> = (0..model.sensors.len()).filter(|s| model.measurands[*s] == Measurand::Displacement).collect();
     let held = |v: usize| history.conditions.iter().all(|c| c.si()[v] == history.conditions[0].si()[v]);
     let (held, changed): (Vec<usize>, Vec<usize>) = (0..model.variables.len()).partition(|v| held(*v));
@@ -147,15 +147,15 @@ fn conditions(section: &mut Section, model: &Subject<'_>, history: &History, str
     let titles =
         ["from".to_string(), "to".to_string()].into_iter().chain(changed.iter().map(|v| model.variables[*v].name.replace('_', " ")));
     let titles = titles.chain(moving.iter().map(|s| format!("{}, um", model.sensors[*s])));
-    let mut table = Table::new(titles.map(|title| (title, Align::Right)));
+    let mut table = ReportTable::new(titles.map(|title| (title, Align::Right)));
     table.caption("Every stretch of the schedule between two steps, and how far each displacement went in it");
     for (from, to) in stretches.iter().take(MOST) {
         let value = |v: &usize| {
             let shown = [*from, *to].map(|i| model.variables[*v].with_unit(history.conditions[i].si()[*v], 4));
-            Cell::from(if shown[0] == shown[1] { shown[0].clone() } else { shown.join(" to ") })
+            TableCell::from(if shown[0] == shown[1] { shown[0].clone() } else { shown.join(" to ") })
         };
-        let way = |s: &usize| Cell::number(history.readings[*to][*s] - history.readings[*from][*s], 2);
-        let times = [*from, *to].map(|i| Cell::from(duration(history.times[i] - history.times[0])));
+        let way = |s: &usize| TableCell::number(history.readings[*to][*s] - history.readings[*from][*s], 2);
+        let times = [*from, *to].map(|i| TableCell::from(duration(history.times[i] - history.times[0])));
         table.row(times.into_iter().chain(changed.iter().map(value)).chain(moving.iter().map(way)));
     }
     section.table(table);

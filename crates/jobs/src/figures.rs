@@ -4,14 +4,14 @@ use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::charts::limits::worded;
 use coldplate_base::error::{Error, Result};
-use coldplate_figures::chart::acceptability::{AcceptabilityMap, Here};
+use coldplate_figures::chart::acceptability::{AcceptabilityMap, MarkedCondition};
 use coldplate_figures::chart::error_overview::{ErrorOverview, PointErrors};
-use coldplate_figures::chart::one_factor::{Curve, OneFactorFigure};
+use coldplate_figures::chart::one_factor::{OneFactorFigure, SampledCurve};
 use coldplate_figures::chart::page::fixed_conditions;
-use coldplate_figures::chart::parity::{ParityFigure, Sample};
+use coldplate_figures::chart::parity::{ParityFigure, ParityPoint};
 use coldplate_figures::chart::residuals::ResidualFigure;
 use coldplate_figures::chart::style::Quantity;
-use coldplate_surrogate::fit::one_factor::OneFactor;
+use coldplate_surrogate::fit::one_factor::OneFactorFit;
 use coldplate_surrogate::verdict::{self, Acceptability, ChanceAnswer, LimitAnswer, Surrogate};
 use coldplate_tables::Table;
 
@@ -54,7 +54,7 @@ pub fn centre(surrogate: &Surrogate<'_>) -> Vec<f64> {
 
 /// Quantity of a map's contour lines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Lines {
+pub enum ContourQuantity {
     /// The margin of the binding limit.
     Margin,
     /// The probability that all limits are kept.
@@ -66,8 +66,15 @@ pub enum Lines {
 /// # Errors
 /// A variable that does not exist, or is given twice; a surrogate without limits; lines of a probability that the surrogate does
 /// not have.
-pub fn map(surrogate: &Surrogate<'_>, across: usize, up: usize, x: &[f64], here: Option<Here>, lines: Lines) -> Result<AcceptabilityMap> {
-    if lines == Lines::Probability && surrogate.uncertainty().is_none() {
+pub fn map(
+    surrogate: &Surrogate<'_>,
+    across: usize,
+    up: usize,
+    x: &[f64],
+    here: Option<MarkedCondition>,
+    lines: ContourQuantity,
+) -> Result<AcceptabilityMap> {
+    if lines == ContourQuantity::Probability && surrogate.uncertainty().is_none() {
         return Err(Error::input("this surrogate states no uncertainty of the machine, so no probability is known")
             .help("draw lines = \"margin\", or sweep and fit anew"));
     }
@@ -98,7 +105,7 @@ pub fn map(surrogate: &Surrogate<'_>, across: usize, up: usize, x: &[f64], here:
                 unit.clone_from(&limit.margin_unit);
             }
             state.push(shown(answer.verdict));
-            if lines == Lines::Probability {
+            if lines == ContourQuantity::Probability {
                 probability.push(answer.chance.as_ref().map_or(f64::NAN, |chance| chance.probability));
             }
         }
@@ -153,8 +160,9 @@ pub fn slices(surrogate: &Surrogate<'_>, variable: usize, x: &[f64], points: &[u
         return Err(Error::input("no such variable in the surrogate"));
     };
     let along = steps(v.low, v.high, 121);
-    let mut curves: Vec<Curve> =
-        (points.iter().filter_map(|p| surrogate.point(*p))).map(|p| Curve { name: p.name.into(), ..Curve::default() }).collect();
+    let mut curves: Vec<SampledCurve> = (points.iter().filter_map(|p| surrogate.point(*p)))
+        .map(|p| SampledCurve { name: p.name.into(), ..SampledCurve::default() })
+        .collect();
     let mut at = x.to_vec();
     for value in along {
         at[variable] = value;
@@ -205,8 +213,8 @@ pub fn one_factor(table: &Table, variable: &str, degree: usize, title: &str) -> 
     let outputs = &table.columns[table.inputs..];
     let mut curves = Vec::new();
     for output in outputs {
-        let fitted = OneFactor::fit(&x.values, &output.values, degree)?;
-        curves.push(Curve {
+        let fitted = OneFactorFit::fit(&x.values, &output.values, degree)?;
+        curves.push(SampledCurve {
             name: output.name.clone(),
             samples: x.values.iter().copied().zip(output.values.iter().copied()).collect(),
             line: steps(low, high, 121).into_iter().map(|v| (v, fitted.value(v))).collect(),
@@ -232,7 +240,7 @@ pub fn one_factor(table: &Table, variable: &str, degree: usize, title: &str) -> 
 
 /// Conditions of a table with the found and the predicted values.
 #[derive(Debug, Clone, Default)]
-pub struct Comparison {
+pub struct TableComparison {
     /// Conditions, one row of one value per variable each.
     pub conditions: Vec<Vec<f64>>,
     /// Whether the fit has not seen the condition.
@@ -241,7 +249,7 @@ pub struct Comparison {
     pub values: Vec<Vec<(f64, f64)>>,
 }
 
-impl Comparison {
+impl TableComparison {
     /// Adds the conditions of `table` with the predictions of `surrogate`; columns are matched by name.
     ///
     /// # Errors
@@ -280,7 +288,7 @@ impl Comparison {
 }
 
 /// The point with the largest error on conditions the fit has not seen; the first where nothing was compared.
-pub fn worst_point(surrogate: &Surrogate<'_>, comparison: &Comparison) -> Option<usize> {
+pub fn worst_point(surrogate: &Surrogate<'_>, comparison: &TableComparison) -> Option<usize> {
     let error = |p: usize| comparison.held_out_errors(p, 0.0).map_or(0.0, |e| e.0);
     (0..surrogate.point_count()).rev().max_by(|a, b| error(*a).total_cmp(&error(*b)))
 }
@@ -292,7 +300,7 @@ pub fn provenance(surrogate: &Surrogate<'_>) -> String {
 }
 
 /// Predicted against found for one point; `None` without a condition to compare at.
-pub fn parity(surrogate: &Surrogate<'_>, comparison: &Comparison, point: usize) -> Option<ParityFigure> {
+pub fn parity(surrogate: &Surrogate<'_>, comparison: &TableComparison, point: usize) -> Option<ParityFigure> {
     let p = surrogate.point(point)?;
     if comparison.conditions.is_empty() {
         return None;
@@ -302,7 +310,7 @@ pub fn parity(surrogate: &Surrogate<'_>, comparison: &Comparison, point: usize) 
         title: format!("{}: surrogate against full solver", p.name),
         quantity: Quantity::new(p.name, p.unit),
         samples: samples
-            .map(|((reference, predicted), held_out)| Sample { reference: *reference, predicted: *predicted, held_out: *held_out })
+            .map(|((reference, predicted), held_out)| ParityPoint { reference: *reference, predicted: *predicted, held_out: *held_out })
             .collect(),
         half_width: p.half_width,
         notes: held_note(surrogate),
@@ -311,7 +319,7 @@ pub fn parity(surrogate: &Surrogate<'_>, comparison: &Comparison, point: usize) 
 }
 
 /// Residuals of one point against everything; `None` without a condition to compare at.
-pub fn residuals(surrogate: &Surrogate<'_>, comparison: &Comparison, point: usize) -> Option<ResidualFigure> {
+pub fn residuals(surrogate: &Surrogate<'_>, comparison: &TableComparison, point: usize) -> Option<ResidualFigure> {
     let p = surrogate.point(point)?;
     if comparison.conditions.is_empty() {
         return None;
@@ -332,7 +340,7 @@ pub fn residuals(surrogate: &Surrogate<'_>, comparison: &Comparison, point: usiz
 /// Errors of every point on one axis. `fits` are the reports of the fit, if available.
 pub fn errors(
     surrogate: &Surrogate<'_>,
-    comparison: &Comparison,
+    comparison: &TableComparison,
     fits: &[coldplate_surrogate::fit::PointReport],
     target: Option<f64>,
 ) -> ErrorOverview {

@@ -9,17 +9,19 @@ use coldplate_base::error::{Error, Result};
 use coldplate_base::numbers::significant;
 use coldplate_base::progress::{Progress, Silent};
 use coldplate_base::units::express;
-use coldplate_describe::machine::{self, Point, Scope};
+use coldplate_describe::machine::{self, PointColumn, Scope};
 use coldplate_explore::sweep::{BOUNDS, RECOVERED};
-use coldplate_surrogate::fit::model::{Followed, Held, Limit, LimitKind, Surrogate, Uncertainty, Variable};
-use coldplate_surrogate::fit::{self, Fit, FitOptions, Output, Residuals, Samples};
+use coldplate_surrogate::fit::model::{
+    FollowedSpec, HeldSpec, LimitKind, LimitSpec, PointModel, SurrogateSpec, UncertaintySpec, VariableSpec,
+};
+use coldplate_surrogate::fit::{self, FitOptions, FitOutput, FitSamples, ResidualSizes, SurrogateFit};
 use coldplate_tables::Table;
 
 /// The samples of a table: its varying condition variables and its outputs; and its held variables.
 ///
 /// # Errors
 /// No condition variable varies, or there is no output.
-pub fn samples(table: &Table) -> Result<(Samples, Vec<Held>)> {
+pub fn samples(table: &Table) -> Result<(FitSamples, Vec<HeldSpec>)> {
     if table.provenance.iter().any(|(key, _)| key == RECOVERED) {
         return Err(Error::input("the outputs of this table stand in the place of results that there are none of")
             .help("fit sweep.csv: the conditions that have results"));
@@ -29,10 +31,10 @@ pub fn samples(table: &Table) -> Result<(Samples, Vec<Held>)> {
         let present = column.values.iter().filter(|v| v.is_finite());
         let (low, high) = present.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
         if high > low {
-            variables.push(Variable { name: column.name.clone(), unit: column.unit.clone(), low, high });
+            variables.push(VariableSpec { name: column.name.clone(), unit: column.unit.clone(), low, high });
             varying.push(column);
         } else if low.is_finite() {
-            held.push(Held { name: column.name.clone(), unit: column.unit.clone(), value: low });
+            held.push(HeldSpec { name: column.name.clone(), unit: column.unit.clone(), value: low });
         }
     }
     if variables.is_empty() {
@@ -42,15 +44,16 @@ pub fn samples(table: &Table) -> Result<(Samples, Vec<Held>)> {
         ));
     }
     let rows = (0..table.rows()).map(|row| varying.iter().map(|c| c.values[row]).collect()).collect();
-    let outputs = table.outputs().iter().map(|c| Output { name: c.name.clone(), unit: c.unit.clone(), values: c.values.clone() }).collect();
-    Ok((Samples { variables, rows, outputs }, held))
+    let outputs =
+        table.outputs().iter().map(|c| FitOutput { name: c.name.clone(), unit: c.unit.clone(), values: c.values.clone() }).collect();
+    Ok((FitSamples { variables, rows, outputs }, held))
 }
 
 /// Fits a table and adds the machine's limits, the held variables, and the provenance of the numbers.
 ///
 /// # Errors
 /// Errors of [`samples`] and [`fit::fit`].
-pub fn fit_table(table: &Table, scope: Option<&Scope>, options: &FitOptions) -> Result<Fit> {
+pub fn fit_table(table: &Table, scope: Option<&Scope>, options: &FitOptions) -> Result<SurrogateFit> {
     fit_table_heard(table, scope, options, &Silent)
 }
 
@@ -58,7 +61,7 @@ pub fn fit_table(table: &Table, scope: Option<&Scope>, options: &FitOptions) -> 
 ///
 /// # Errors
 /// Errors of [`fit_table`].
-pub fn fit_table_heard(table: &Table, scope: Option<&Scope>, options: &FitOptions, progress: &dyn Progress) -> Result<Fit> {
+pub fn fit_table_heard(table: &Table, scope: Option<&Scope>, options: &FitOptions, progress: &dyn Progress) -> Result<SurrogateFit> {
     let (samples, mut held) = samples(table)?;
     // A variable that nothing in the machine depends on does not count as held.
     let is_unused = |name: &str| scope.is_some_and(|m| m.variables.iter().enumerate().any(|(i, v)| v.name == name && !m.uses(i)));
@@ -81,7 +84,7 @@ pub fn fit_table_heard(table: &Table, scope: Option<&Scope>, options: &FitOption
 }
 
 /// Widens the bands by the bounds of rows that a reduced model answered.
-fn widen(fit: &mut Fit, table: &Table) -> Result<()> {
+fn widen(fit: &mut SurrogateFit, table: &Table) -> Result<()> {
     let Some((_, bounds)) = table.provenance.iter().find(|(key, _)| key == BOUNDS) else { return Ok(()) };
     let bounds: BTreeMap<String, f64> = serde_json::from_str(bounds).map_err(|e| {
         Error::input(format!("the bounds that the table states cannot be read: {e}"))
@@ -104,10 +107,10 @@ fn widen(fit: &mut Fit, table: &Table) -> Result<()> {
 /// Adds the uncertainty of the answers, from a table of slopes, if there is one.
 ///
 /// # Errors
-/// Errors of [`Uncertainty::fit`].
-pub fn with_uncertainty(fit: &mut Fit, slopes: Option<&Table>) -> Result<()> {
+/// Errors of [`UncertaintySpec::fit`].
+pub fn with_uncertainty(fit: &mut SurrogateFit, slopes: Option<&Table>) -> Result<()> {
     if let Some(slopes) = slopes {
-        fit.surrogate.uncertainty = Some(Uncertainty::fit(&fit.surrogate, slopes)?);
+        fit.surrogate.uncertainty = Some(UncertaintySpec::fit(&fit.surrogate, slopes)?);
     }
     Ok(())
 }
@@ -116,11 +119,11 @@ pub fn with_uncertainty(fit: &mut Fit, slopes: Option<&Table>) -> Result<()> {
 /// limit of the machine over such a variable moves with it.
 ///
 /// # Errors
-/// Errors of [`Followed::fit`].
-pub fn with_followed(fit: &mut Fit, scope: Option<&Scope>, table: Option<&Table>) -> Result<()> {
+/// Errors of [`FollowedSpec::fit`].
+pub fn with_followed(fit: &mut SurrogateFit, scope: Option<&Scope>, table: Option<&Table>) -> Result<()> {
     let Some(table) = table else { return Ok(()) };
     let surrogate = &fit.surrogate;
-    let mut followed = Followed::fit(surrogate, table)?;
+    let mut followed = FollowedSpec::fit(surrogate, table)?;
     for limit in scope.iter().flat_map(|m| &m.limits) {
         let (Some(scope), LimitKind::Rise { variable, .. }) = (scope, &limit.kind) else { continue };
         let held = surrogate.held.iter().position(|held| held.name == scope.variables[*variable].name);
@@ -133,7 +136,7 @@ pub fn with_followed(fit: &mut Fit, scope: Option<&Scope>, table: Option<&Table>
 
 /// The limits of a machine in the surrogate's points and units; notes name limits that cannot be carried over. A rise
 /// over a variable that was held is a maximum.
-pub(super) fn limits(scope: &Scope, surrogate: &Surrogate, held: &[Held]) -> (Vec<Limit>, Vec<String>) {
+pub(super) fn limits(scope: &Scope, surrogate: &SurrogateSpec, held: &[HeldSpec]) -> (Vec<LimitSpec>, Vec<String>) {
     let (mut limits, mut notes) = (Vec::new(), Vec::new());
     let point =
         |sensor: usize| surrogate.points.iter().position(|p| p.name == scope.points[sensor].name && p.unit == scope.points[sensor].unit);
@@ -145,13 +148,13 @@ pub(super) fn limits(scope: &Scope, surrogate: &Surrogate, held: &[Held]) -> (Ve
         {
             let maximum = held.value + limit.maximum;
             notes.push(format!("the limit '{}' is over {}, which was held: at most {maximum} {}", limit.name, held.name, held.unit));
-            limits.push(Limit { name: limit.name.clone(), kind: LimitKind::Maximum { point }, maximum });
+            limits.push(LimitSpec { name: limit.name.clone(), kind: LimitKind::Maximum { point }, maximum });
             continue;
         }
         let kind = limit.kind.renumbered(point, variable);
         let maximum = in_unit(limit, &scope.points);
         match kind {
-            Some(kind) => limits.push(Limit { name: limit.name.clone(), kind, maximum }),
+            Some(kind) => limits.push(LimitSpec { name: limit.name.clone(), kind, maximum }),
             None => notes.push(format!("the limit '{}' looks at something this table does not vary or hold: it is left out", limit.name)),
         }
     }
@@ -159,17 +162,33 @@ pub(super) fn limits(scope: &Scope, surrogate: &Surrogate, held: &[Held]) -> (Ve
 }
 
 /// Largest value that a limit allows, in the unit of its points.
-fn in_unit(limit: &machine::Limit, points: &[Point]) -> f64 {
+fn in_unit(limit: &machine::MachineLimit, points: &[PointColumn]) -> f64 {
     let (point, is_difference) = match &limit.kind {
         LimitKind::Maximum { point } => (*point, false),
         LimitKind::Rise { .. } => return limit.maximum,
         LimitKind::Difference { first, .. } => (*first, true),
         LimitKind::Spread(all) => (all.first().copied().unwrap_or(0), true),
     };
-    let Some(Point { unit, dimension, .. }) = points.get(point) else { return limit.maximum };
+    let Some(PointColumn { unit, dimension, .. }) = points.get(point) else { return limit.maximum };
     match (dimension.is_absolute(), is_difference) {
         (true, true) => limit.maximum,
         _ => express(limit.maximum, unit, *dimension).unwrap_or(limit.maximum),
+    }
+}
+
+/// The unit of errors of a point that is given in `unit`.
+pub fn unit_of_errors(unit: &str) -> &str {
+    if unit == "degC" { "K" } else { unit }
+}
+
+/// The model of a point in a few words.
+pub fn model_text(surrogate: &SurrogateSpec, point: usize) -> String {
+    match &surrogate.points[point].model {
+        PointModel::Polynomial(p) => {
+            let degree = p.terms.iter().map(|t| t.iter().map(|e| u32::from(*e)).sum::<u32>()).max().unwrap_or(0);
+            format!("polynomial, degree {degree}, {} terms", p.terms.len())
+        }
+        PointModel::Rbf { basis, weights, .. } => format!("{:?}, {} centres", surrogate.bases[*basis].kernel, weights.len()),
     }
 }
 
@@ -181,7 +200,7 @@ pub struct FitRecord {
     /// The surrogate file.
     pub file: String,
     pub bytes: u64,
-    pub points: Vec<PointRecord>,
+    pub points: Vec<PointFitRecord>,
     pub notes: Vec<String>,
     pub seconds: f64,
 }
@@ -189,14 +208,14 @@ pub struct FitRecord {
 /// The fit of one point; errors in its unit.
 #[derive(Debug, Clone, Serialize)]
 #[allow(missing_docs)]
-pub struct PointRecord {
+pub struct PointFitRecord {
     pub name: String,
     pub unit: String,
     /// The kind of function in words.
     pub model: String,
     pub rows: usize,
-    pub leave_one_out: Residuals,
-    pub k_fold: Option<Residuals>,
+    pub leave_one_out: ResidualSizes,
+    pub k_fold: Option<ResidualSizes>,
     pub half_width: f64,
     /// Further error while the machine moves, in the unit; only with `--dynamics`.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -205,11 +224,11 @@ pub struct PointRecord {
 
 impl FitRecord {
     /// The record of a fit written to `path`, of `bytes` bytes, made in `seconds`.
-    pub fn of(fit: &Fit, path: &Path, bytes: u64, seconds: f64) -> Self {
-        let points = fit.points.iter().enumerate().map(|(i, p)| PointRecord {
+    pub fn of(fit: &SurrogateFit, path: &Path, bytes: u64, seconds: f64) -> Self {
+        let points = fit.points.iter().enumerate().map(|(i, p)| PointFitRecord {
             name: p.name.clone(),
             unit: p.unit.clone(),
-            model: super::model_text(&fit.surrogate, i),
+            model: model_text(&fit.surrogate, i),
             rows: p.rows,
             leave_one_out: p.chosen.leave_one_out,
             k_fold: p.chosen.k_fold,

@@ -10,13 +10,13 @@ use coldplate_figures::chart::{Figure, draw, to_svg_string};
 #[derive(Debug)]
 pub struct Gallery {
     folder: PathBuf,
-    entries: Vec<Entry>,
+    entries: Vec<GalleryEntry>,
     names: BTreeSet<String>,
 }
 
 /// A figure in the gallery.
 #[derive(Debug)]
-pub struct Entry {
+pub struct GalleryEntry {
     /// Topic that the figure belongs to.
     pub topic: &'static str,
     /// Title of the figure.
@@ -40,11 +40,11 @@ impl Gallery {
     ///
     /// # Errors
     /// The figure has nothing to show, or cannot be written.
-    pub fn add<F: Figure>(&mut self, name: &str, topic: &'static str, figure: &F) -> Result<()> {
+    pub fn add(&mut self, name: &str, topic: &'static str, figure: &dyn Figure) -> Result<()> {
         let name = self.free_name(name);
         let written = draw(self.folder.join(name), figure)?;
         let svg = to_svg_string(figure)?;
-        self.entries.push(Entry { topic, title: figure.title().to_string(), svg, files: vec![written.svg, written.png] });
+        self.entries.push(GalleryEntry { topic, title: figure.title().to_string(), svg, files: vec![written.svg, written.png] });
         Ok(())
     }
 
@@ -63,7 +63,7 @@ impl Gallery {
     }
 
     /// Figures of a topic.
-    pub fn of<'a>(&'a self, topic: &'a str) -> impl Iterator<Item = &'a Entry> {
+    pub fn of<'a>(&'a self, topic: &'a str) -> impl Iterator<Item = &'a GalleryEntry> {
         self.entries.iter().filter(move |e| e.topic == topic)
     }
 

@@ -3,18 +3,17 @@
 
 use std::path::Path;
 
-use coldplate_runtime::format;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::model_text;
+use super::fitting::model_text;
+use super::open::{FileKind, open};
 use coldplate_base::document::Document;
 use coldplate_base::error::{Error, Result};
-use coldplate_base::input;
 use coldplate_base::units::express;
-use coldplate_describe::machine::{Machine, Variable};
-use coldplate_explore::sweep::journal::{self, Seen};
-use coldplate_explore::sweep::{Definition, Plan};
+use coldplate_describe::machine::{DescribedVariable, Machine};
+use coldplate_explore::sweep::journal::{self, JournalContent};
+use coldplate_explore::sweep::{Plan, SweepDefinition};
 use coldplate_reduce::ReducedModel;
 use coldplate_surrogate::fit::file;
 use coldplate_surrogate::fit::model;
@@ -68,15 +67,6 @@ pub struct RangeInfo {
     pub unit: String,
     pub low: Option<f64>,
     pub high: Option<f64>,
-}
-
-/// A value with its unit.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
-#[allow(missing_docs)]
-pub struct ValueInfo {
-    pub name: String,
-    pub unit: String,
-    pub value: f64,
 }
 
 /// A measurement point.
@@ -261,23 +251,14 @@ impl Info {
         if path.is_dir() {
             return Err(Error::input("this is a folder").in_file(path).help("name a file in it, such as surrogate.cps or sweep.csv"));
         }
-        let bytes = input::read(path).map_err(|e| e.help("check the path"))?;
-        if bytes.starts_with(&format::MAGIC) {
-            return Self::of_surrogate(&bytes).map_err(|e| e.in_file(path));
-        }
-        if bytes.starts_with(ReducedModel::FAMILY) {
-            return ReducedModel::from_bytes(&bytes)
-                .map(|model| Self::Reduced(reduced_info(&model, bytes.len())))
-                .map_err(|e| e.in_file(path));
-        }
-        if bytes.starts_with(journal::MAGIC.as_bytes()) {
-            return journal::seen(path, &bytes).map(|seen| Self::Journal(journal_info(seen)));
-        }
-        let ending = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
-        match ending.as_str() {
-            "csv" | "parquet" => Table::read(path).map(|table| Self::Table(table_info(&table))),
-            "toml" => document(path),
-            _ => Err(Error::input("this is no surrogate, and its name does not say what it is").in_file(path).help(
+        let file = open(path).map_err(|e| e.help("check the path"))?;
+        match file.kind {
+            FileKind::Surrogate => Self::of_surrogate(&file.bytes).map_err(|e| e.in_file(path)),
+            FileKind::ReducedModel => Ok(Self::Reduced(reduced_info(&file.reduced_model()?, file.bytes.len()))),
+            FileKind::Journal => journal::seen(path, &file.bytes).map(|seen| Self::Journal(journal_info(seen))),
+            FileKind::Table => Table::from_bytes(file.bytes, path).map(|(table, _)| Self::Table(table_info(&table))),
+            FileKind::Document => document(&file.document(&[])?),
+            FileKind::Unknown => Err(Error::input("this is no surrogate, and its name does not say what it is").in_file(path).help(
                 "known are surrogates, reduced models, journals of sweeps, machine and sweep files (.toml) and tables (.csv, .parquet)",
             )),
         }
@@ -285,7 +266,7 @@ impl Info {
 }
 
 fn reduced_info(model: &ReducedModel, bytes: usize) -> ReducedInfo {
-    let range = |(v, (low, high)): (&Variable, &(f64, f64))| {
+    let range = |(v, (low, high)): (&DescribedVariable, &(f64, f64))| {
         let shown = |si: f64| express(si, &v.unit, v.dimension).ok();
         RangeInfo { name: v.name.clone(), unit: v.unit.clone(), low: shown(*low), high: shown(*high) }
     };
@@ -338,7 +319,7 @@ fn surrogate(bytes: &[u8]) -> Result<SurrogateInfo> {
     })
 }
 
-fn held(content: &model::Surrogate, index: usize, held: &model::Held) -> HeldInfo {
+fn held(content: &model::SurrogateSpec, index: usize, held: &model::HeldSpec) -> HeldInfo {
     let own = content.followed.iter().flat_map(|f| &f.variables).find(|v| v.held == index);
     HeldInfo { name: held.name.clone(), unit: held.unit.clone(), value: held.value, followed: own.map(|v| [v.low, v.high]) }
 }
@@ -373,7 +354,7 @@ fn limit_info(surrogate: &Surrogate<'_>, limit: &coldplate_runtime::Limit<'_>, a
     LimitInfo { name: answer.name, of, maximum: answer.limit, unit: answer.unit }
 }
 
-fn journal_info(seen: Seen) -> JournalInfo {
+fn journal_info(seen: JournalContent) -> JournalInfo {
     JournalInfo {
         conditions: seen.conditions,
         solved: seen.solved,
@@ -401,27 +382,29 @@ fn table_info(table: &Table) -> TableInfo {
 }
 
 /// A TOML file: a sweep names its machine and its conditions, a chart its figure; anything else is meant as a machine.
-fn document(path: &Path) -> Result<Info> {
-    let document = Document::read(path)?;
+fn document(document: &Document) -> Result<Info> {
     let root = document.root();
     if root.has("figure") {
-        return Err(Error::input("this defines a chart").in_file(path).help("`coldplate chart` draws it"));
+        return Err(Error::input("this defines a chart").in_file(document.file()).help("`coldplate chart` draws it"));
     }
     if (root.has("machine") || root.has("solver")) && (root.has("design") || root.has("one_factor")) {
-        let definition = Definition::new(document.clone())?;
+        let definition = SweepDefinition::new(document.clone())?;
         let scope = definition.scope(&[])?;
         return Ok(Info::Sweep(sweep(&definition, &definition.plan(&scope.variables)?)?));
     }
-    Ok(Info::Machine(machine(&Machine::from_document(&document)?)?))
+    Ok(Info::Machine(machine(&Machine::from_document(document)?)?))
 }
 
-fn sweep(definition: &Definition, plan: &Plan) -> Result<SweepInfo> {
-    let variable = |(at, v): (usize, &coldplate_describe::machine::Variable)| {
+fn sweep(definition: &SweepDefinition, plan: &Plan) -> Result<SweepInfo> {
+    let variable = |(at, v): (usize, &coldplate_describe::machine::DescribedVariable)| {
         let shown = || plan.shown.iter().map(|row| row[at]);
         RangeInfo { name: v.name.clone(), unit: v.unit.clone(), low: shown().reduce(f64::min), high: shown().reduce(f64::max) }
     };
-    let group =
-        |g: &coldplate_explore::sweep::Group| GroupInfo { name: g.name.clone(), design: g.description.clone(), conditions: g.rows.len() };
+    let group = |g: &coldplate_explore::sweep::ConditionGroup| GroupInfo {
+        name: g.name.clone(),
+        design: g.description.clone(),
+        conditions: g.rows.len(),
+    };
     Ok(SweepInfo {
         name: definition.name.clone(),
         machine: definition.machine.as_ref().map_or_else(String::new, |machine| machine.display().to_string()),
@@ -432,7 +415,7 @@ fn sweep(definition: &Definition, plan: &Plan) -> Result<SweepInfo> {
 }
 
 fn machine(machine: &Machine) -> Result<MachineInfo> {
-    let variable = |(at, v): (usize, &coldplate_describe::machine::Variable)| {
+    let variable = |(at, v): (usize, &coldplate_describe::machine::DescribedVariable)| {
         let shown = |si: f64| express(si, &v.unit, v.dimension);
         let range = v.range.map(|(low, high)| Ok::<_, Error>((shown(low)?, shown(high)?))).transpose()?;
         let range =

@@ -4,16 +4,17 @@ use coldplate_runtime::NINETY_FIVE;
 
 use coldplate_base::error::Result;
 use coldplate_base::units::express;
-use coldplate_describe::machine::{Condition, Machine, Measurement, Sensor, Variable};
+use coldplate_describe::machine::{Condition, DescribedVariable, Machine, Measurement, Sensor};
 use coldplate_figures::chart::heat::HeatFigure;
 use coldplate_figures::chart::measured::{MeasuredFigure, SensorRow};
 use coldplate_figures::chart::style::Quantity;
 use coldplate_solve::meshed::{MeshedMachine, SteadyState};
-use coldplate_solve::sensitivity::{Derivatives, Study};
+use coldplate_solve::sensitivity::Derivatives;
+use coldplate_solve::study::Study;
 
 /// A measured state beside its prediction.
 #[derive(Debug)]
-pub struct Checked {
+pub struct CheckedState {
     /// Name of the machine.
     pub machine: String,
     /// Name of the measurement.
@@ -61,7 +62,7 @@ impl CheckedReading {
 ///
 /// # Errors
 /// A condition is incomplete, or a state cannot be solved.
-pub fn check(study: &Study) -> Result<Vec<Checked>> {
+pub fn check(study: &Study) -> Result<Vec<CheckedState>> {
     study.model.machine.measurements.iter().map(|m| one(study, m)).collect()
 }
 
@@ -109,7 +110,7 @@ fn inside(rows: &[CheckedReading]) -> String {
 ///
 /// # Errors
 /// Errors of [`check`].
-pub fn one(study: &Study, measurement: &Measurement) -> Result<Checked> {
+pub fn one(study: &Study, measurement: &Measurement) -> Result<CheckedState> {
     let model = &study.model;
     let condition = condition_of(&model.machine, measurement)?;
     let solver = model.solver(&condition)?;
@@ -156,7 +157,7 @@ pub fn one(study: &Study, measurement: &Measurement) -> Result<Checked> {
         ],
     };
     let balance = &state.solution.balance;
-    Ok(Checked {
+    Ok(CheckedState {
         machine: model.machine.name.clone(),
         name: measurement.name.clone(),
         condition: words.join(", "),
@@ -192,7 +193,7 @@ fn bands(study: &Study, condition: &Condition, state: &SteadyState) -> Result<Ve
 /// Distance of a condition from the mean of the measured ones, in halves of the ranges of its variables.
 fn distance(machine: &Machine, condition: &Condition) -> f64 {
     let rows = &machine.model_error.measured;
-    let square = |(v, variable): (usize, &Variable)| {
+    let square = |(v, variable): (usize, &DescribedVariable)| {
         let (low, high) = variable.range?;
         let mean = rows.iter().filter_map(|row| row.get(v)).sum::<f64>() / rows.len() as f64;
         Some((2.0 * (condition.si()[v] - mean) / (high - low)).powi(2)).filter(|square| square.is_finite())

@@ -1,25 +1,25 @@
 //! Reduced models for users: ranges of variables, records of models, and their answers.
 
 use std::collections::BTreeMap;
+use std::time::Instant;
 
 use serde::Serialize;
 
+use coldplate_base::condition;
 use coldplate_base::document::suggestion;
 use coldplate_base::error::{Error, Result};
 use coldplate_base::units::{self, Measurand, celsius};
-use coldplate_describe::machine::{Condition, Variable};
-use coldplate_reduce::{Answer, ReducedModel};
-use coldplate_solve::meshed::{LimitState, limit_states};
-
-/// Variables that vary unless the user names others: the four of every machine.
-pub(super) const USUAL: [&str; 4] = ["coolant_flow", "coolant_temperature", "motor_speed", "ambient_temperature"];
+use coldplate_describe::machine::{Condition, DescribedVariable};
+use coldplate_network::mesh::Mesh;
+use coldplate_reduce::{ReducedAnswer, ReducedModel};
+use coldplate_solve::meshed::{LimitState, MeshedMachine, limit_states};
 
 /// The range of every variable of a machine, SI; a variable that does not vary has one value. `vary` names the varying ones, with
 /// commas, or is `all`; `stated` has ranges by name, `"2 L/min .. 18 L/min"`.
 ///
 /// # Errors
 /// A name that is no variable, a range that cannot be read, a variable with neither range nor default.
-pub fn ranges(variables: &[Variable], vary: Option<&str>, stated: &[(String, String)]) -> Result<Vec<(f64, f64)>> {
+pub fn ranges(variables: &[DescribedVariable], vary: Option<&str>, stated: &[(String, String)]) -> Result<Vec<(f64, f64)>> {
     let names: Vec<&str> = variables.iter().map(|v| v.name.as_str()).collect();
     let known = |name: &str, option: &str| match names.iter().position(|n| *n == name) {
         Some(at) => Ok(at),
@@ -29,7 +29,7 @@ pub fn ranges(variables: &[Variable], vary: Option<&str>, stated: &[(String, Str
         }
     };
     let mut varies: Vec<bool> = match vary {
-        None => names.iter().map(|n| USUAL.contains(n)).collect(),
+        None => names.iter().map(|n| condition::NAMES.contains(n)).collect(),
         Some("all") => vec![true; names.len()],
         Some(list) => {
             let mut varies = vec![false; names.len()];
@@ -52,7 +52,7 @@ pub fn ranges(variables: &[Variable], vary: Option<&str>, stated: &[(String, Str
         }
         (given[at], varies[at]) = (Some((low, high)), true);
     }
-    let one = |(i, variable): (usize, &Variable)| {
+    let one = |(i, variable): (usize, &DescribedVariable)| {
         let range = given[i].or(variable.range);
         match (varies[i], range, variable.default) {
             (true, Some(range), _) => Ok(range),
@@ -190,9 +190,9 @@ pub struct SteadyRecord {
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub bounds_um: BTreeMap<String, f64>,
     /// Channels by name.
-    pub coolant: BTreeMap<String, ChannelRecord>,
+    pub coolant: BTreeMap<String, ReducedChannelRecord>,
     /// Limits in the order of the machine file.
-    pub limits: Vec<LimitRecord>,
+    pub limits: Vec<ReducedLimitRecord>,
     /// Whether condition and parameters are within the ranges of the training.
     pub in_range: bool,
     /// Modes that answered.
@@ -209,7 +209,7 @@ pub struct SteadyRecord {
 /// Flow through a channel.
 #[derive(Debug, Serialize)]
 #[allow(non_snake_case, missing_docs)]
-pub struct ChannelRecord {
+pub struct ReducedChannelRecord {
     pub outlet_degC: f64,
     pub flow_m3_s: f64,
     pub reynolds: f64,
@@ -220,7 +220,7 @@ pub struct ChannelRecord {
 /// A limit.
 #[derive(Debug, Serialize)]
 #[allow(non_snake_case, missing_docs)]
-pub struct LimitRecord {
+pub struct ReducedLimitRecord {
     pub name: String,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub margin_K: Option<f64>,
@@ -228,45 +228,6 @@ pub struct LimitRecord {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub margin_um: Option<f64>,
     pub kept: bool,
-}
-
-impl SteadyRecord {
-    /// Record of an answer at a condition.
-    pub fn of(model: &ReducedModel, answer: &Answer, condition: &Condition, seconds: f64) -> Self {
-        let network = &model.fine.network;
-        let names = || network.sensor_names.iter().cloned();
-        let streams = answer.state.streams.iter().zip(&network.streams).map(|(state, stream)| {
-            let own = ChannelRecord {
-                outlet_degC: celsius(answer.state.temperatures[stream.outlet() as usize]),
-                flow_m3_s: state.flow,
-                reynolds: state.reynolds,
-                h_W_m2K: state.film,
-                pressure_drop_Pa: state.pressure_drop,
-            };
-            (stream.name.clone(), own)
-        });
-        let bounds = |of: Measurand| {
-            let all = names().zip(&network.measurands).zip(&answer.bounds).filter(|((_, own), _)| **own == of);
-            all.map(|((name, _), bound)| (name, *bound)).collect()
-        };
-        let limit = |state: &LimitState| {
-            let margin = |of: Measurand| (state.measurand == of).then(|| state.margin());
-            let (kelvins, micrometres) = (margin(Measurand::Temperature), margin(Measurand::Displacement));
-            LimitRecord { name: state.name.clone(), margin_K: kelvins, margin_um: micrometres, kept: state.margin() >= 0.0 }
-        };
-        Self {
-            sensors: names().zip(network.measurands.iter().zip(&answer.readings).map(|(own, t)| own.shown(*t))).collect(),
-            bounds_K: bounds(Measurand::Temperature),
-            bounds_um: bounds(Measurand::Displacement),
-            coolant: streams.collect(),
-            limits: limit_states(&model.machine, &answer.readings, condition.si()).iter().map(limit).collect(),
-            in_range: answer.in_range,
-            modes: model.coarse.len(),
-            newton_iterations: answer.state.steps,
-            field_error_K: model.field.as_ref().map(|field| field.largest_error),
-            seconds,
-        }
-    }
 }
 
 /// Condition and parameters; values that are not given are the machine's defaults and the file's values.
@@ -302,4 +263,81 @@ pub fn place(model: &ReducedModel, given: Vec<(String, String)>) -> Result<(Cond
     }
     let pairs: Vec<(&str, &str)> = pairs.iter().map(|(n, v)| (n.as_str(), v.as_str())).collect();
     Ok((model.machine.condition(&pairs)?, if is_moved { parameters } else { Vec::new() }))
+}
+
+/// The steady state of a reduced model at one condition.
+#[derive(Debug)]
+pub struct ReducedSolution<'m> {
+    /// The model.
+    pub model: &'m ReducedModel,
+    /// The condition.
+    pub condition: Condition,
+    /// Readings with their bounds.
+    pub answer: ReducedAnswer,
+    /// Time taken, s.
+    pub seconds: f64,
+}
+
+impl<'m> ReducedSolution<'m> {
+    /// The steady state at the condition and parameters `given` (name, value).
+    ///
+    /// # Errors
+    /// Errors of [`place`]; no steady state is found.
+    pub fn at(model: &'m ReducedModel, given: Vec<(String, String)>) -> Result<Self> {
+        let (condition, parameters) = place(model, given)?;
+        let clock = Instant::now();
+        let answer = model.steady(&condition, &parameters)?;
+        Ok(Self { model, condition, answer, seconds: clock.elapsed().as_secs_f64() })
+    }
+
+    /// The machine on the mesh of the model's field, and the temperature of every node, K.
+    ///
+    /// # Errors
+    /// The model has no field, or its field is not of this mesh.
+    pub fn field(&self) -> Result<(MeshedMachine, Vec<f64>)> {
+        let (model, field) = (self.model, self.model.field.as_ref());
+        let field = field.ok_or_else(|| {
+            Error::input("this reduced model knows its sensors, not its field").help("make it with `coldplate reduce --field`")
+        })?;
+        let full = MeshedMachine::on(model.machine.clone(), Mesh::with_size(&model.machine, field.element_size)?)?;
+        let temperatures = model.temperatures(&self.answer, &self.condition, &full.network)?;
+        Ok((full, temperatures))
+    }
+
+    /// Record for outside programs.
+    pub fn record(&self) -> SteadyRecord {
+        let (network, answer) = (&self.model.fine.network, &self.answer);
+        let names = || network.sensor_names.iter().cloned();
+        let streams = answer.state.streams.iter().zip(&network.streams).map(|(state, stream)| {
+            let own = ReducedChannelRecord {
+                outlet_degC: celsius(answer.state.temperatures[stream.outlet() as usize]),
+                flow_m3_s: state.flow,
+                reynolds: state.reynolds,
+                h_W_m2K: state.film,
+                pressure_drop_Pa: state.pressure_drop,
+            };
+            (stream.name.clone(), own)
+        });
+        let bounds = |of: Measurand| {
+            let all = names().zip(&network.measurands).zip(&answer.bounds).filter(|((_, own), _)| **own == of);
+            all.map(|((name, _), bound)| (name, *bound)).collect()
+        };
+        let limit = |state: &LimitState| {
+            let margin = |of: Measurand| (state.measurand == of).then(|| state.margin());
+            let (kelvins, micrometres) = (margin(Measurand::Temperature), margin(Measurand::Displacement));
+            ReducedLimitRecord { name: state.name.clone(), margin_K: kelvins, margin_um: micrometres, kept: state.margin() >= 0.0 }
+        };
+        SteadyRecord {
+            sensors: names().zip(network.measurands.iter().zip(&answer.readings).map(|(own, t)| own.shown(*t))).collect(),
+            bounds_K: bounds(Measurand::Temperature),
+            bounds_um: bounds(Measurand::Displacement),
+            coolant: streams.collect(),
+            limits: limit_states(&self.model.machine, &answer.readings, self.condition.si()).iter().map(limit).collect(),
+            in_range: answer.in_range,
+            modes: self.model.coarse.len(),
+            newton_iterations: answer.state.steps,
+            field_error_K: self.model.field.as_ref().map(|field| field.largest_error),
+            seconds: self.seconds,
+        }
+    }
 }

@@ -2,16 +2,16 @@
 
 use std::path::Path;
 
-use super::figures::Comparison;
+use super::figures::TableComparison;
 use super::fitting::{fit_table_heard, with_uncertainty};
 use coldplate_base::document::Document;
 use coldplate_base::error::{Error, Result};
 use coldplate_base::progress::Progress;
 use coldplate_base::units::express;
-use coldplate_describe::machine::{Machine, Variable};
+use coldplate_describe::machine::{DescribedVariable, Machine};
 use coldplate_explore::sweep::sweep_file::Sweep;
-use coldplate_explore::sweep::{self, Definition};
-use coldplate_solve::sensitivity::Study;
+use coldplate_explore::sweep::{self, SweepDefinition};
+use coldplate_solve::study::Study;
 use coldplate_surrogate::fit::{FitOptions, file};
 
 /// Number of held-out conditions. Chosen: each costs a solve.
@@ -54,7 +54,7 @@ pub fn check(machine: &Machine) -> Result<()> {
     }
 }
 
-fn is_varied(variable: &Variable) -> bool {
+fn is_varied(variable: &DescribedVariable) -> bool {
     variable.range.is_some_and(|(low, high)| high > low)
 }
 
@@ -65,11 +65,11 @@ fn is_varied(variable: &Variable) -> bool {
 pub fn refit(document: &Document, cells: usize, name: &str, folder: &Path, progress: &dyn Progress) -> Result<Refit> {
     let machine = Machine::from_document(document)?;
     check(&machine)?;
-    let varied: Vec<&Variable> = machine.variables.iter().filter(|v| is_varied(v)).collect();
+    let varied: Vec<&DescribedVariable> = machine.variables.iter().filter(|v| is_varied(v)).collect();
     let n = varied.len() as u32;
     let corners = n <= CORNERS;
     let runs = PER_VARIABLE * varied.len() + if corners { 1 << n } else { 0 };
-    let range = |v: &&Variable| -> Result<String> {
+    let range = |v: &&DescribedVariable| -> Result<String> {
         let (low, high) = v.range.unwrap_or_default();
         let text = |si: f64| express(si, &v.unit, v.dimension).map(|value| format!("\"{value:?} {}\"", v.unit));
         Ok(format!("{} = [{}, {}]\n", v.name, text(low)?, text(high)?))
@@ -79,7 +79,7 @@ pub fn refit(document: &Document, cells: usize, name: &str, folder: &Path, progr
         "name = {name:?}\nmachine = \"\"\n[design]\nkind = \"latin_hypercube\"\nruns = {runs}\nseed = 1\ncorners = {corners}\n\
          [range]\n{ranges}[validation]\nruns = {HELD_OUT}\nseed = 2\n"
     );
-    let definition = Definition::new(Document::parse(&text, "the design of the surrogate")?)?;
+    let definition = SweepDefinition::new(Document::parse(&text, "the design of the surrogate")?)?;
     let plan = definition.plan(&machine.variables)?;
     let sweep = Sweep::of(definition, plan, Study::new(document.clone(), Some(cells))?)?;
     let swept = sweep.run(folder, sweep::SweepOptions { progress: Some(progress), ..Default::default() })?;
@@ -89,7 +89,7 @@ pub fn refit(document: &Document, cells: usize, name: &str, folder: &Path, progr
     let mut largest = None;
     if let Some(validation) = &swept.validation {
         let opened = file::open(&bytes)?;
-        let mut comparison = Comparison::default();
+        let mut comparison = TableComparison::default();
         comparison.add(&opened, validation, true)?;
         largest = (0..opened.point_count()).filter_map(|p| comparison.held_out_errors(p, 0.0)).map(|e| e.0).reduce(f64::max);
     }

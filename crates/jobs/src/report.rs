@@ -3,19 +3,35 @@
 use std::path::Path;
 
 use super::adaptive::Adaptation;
+use super::designs::FittedDesigns;
 use super::figures as figures_of;
 use super::gallery::Gallery;
-use super::reduced::USUAL;
-use super::{Material, SURROGATE, TARGET};
+use super::measured::CheckedState;
+use super::summary::{SURROGATE, Summary, TARGET};
+use coldplate_base::condition;
 use coldplate_base::error::Result;
 use coldplate_base::numbers::{compact, significant};
 use coldplate_describe::machine::Machine;
+use coldplate_explore::sweep::Swept;
+use coldplate_explore::sweep::sweep_file::Sweep;
 use coldplate_figures::chart::page::fixed_conditions;
 use coldplate_figures::chart::style::Quantity;
-use coldplate_figures::report::{Align, Cell, KeyFigure, Report, Section, Table, Tone};
+use coldplate_figures::report::{Align, KeyFigure, Report, ReportSection, ReportTable, TableCell, Tone};
 use coldplate_solve::meshed::Inventory;
 use coldplate_surrogate::fit::file;
 use coldplate_surrogate::verdict::{self, Acceptability, indices};
+
+/// Input of the report.
+pub(super) struct Material<'a> {
+    pub(super) sweep: &'a Sweep,
+    pub(super) swept: &'a Swept,
+    pub(super) fitted: Option<&'a FittedDesigns>,
+    pub(super) checked: &'a [CheckedState],
+    /// Inventory of the machine, if this program solved it.
+    pub(super) inventory: Option<&'a Inventory>,
+    pub(super) gallery: &'a Gallery,
+    pub(super) summary: &'a Summary,
+}
 
 /// Writes the page.
 ///
@@ -61,18 +77,18 @@ pub(super) fn write(path: &Path, material: &Material<'_>) -> Result<()> {
     report.write(path)
 }
 
-fn text(value: impl Into<String>) -> Cell {
-    Cell::from(value.into())
+fn text(value: impl Into<String>) -> TableCell {
+    TableCell::from(value.into())
 }
 
-fn figures(section: &mut Section, gallery: &Gallery, topic: &str) {
+fn figures(section: &mut ReportSection, gallery: &Gallery, topic: &str) {
     for entry in gallery.of(topic) {
         // The title stands in the picture.
         section.svg(&entry.svg, "");
     }
 }
 
-fn summary(section: &mut Section, material: &Material<'_>) {
+fn summary(section: &mut ReportSection, material: &Material<'_>) {
     let study = material.sweep.study();
     if let Some(study) = study {
         section.paragraph(study.model.machine.description.trim());
@@ -114,7 +130,7 @@ fn summary(section: &mut Section, material: &Material<'_>) {
 }
 
 /// Maps, the sheet, and a few conditions answered in words.
-fn acceptability(section: &mut Section, material: &Material<'_>) -> Result<()> {
+fn acceptability(section: &mut ReportSection, material: &Material<'_>) -> Result<()> {
     let Some(fitted) = material.fitted else { return Ok(()) };
     let surrogate = file::open(&fitted.bytes)?;
     if surrogate.limit_count() == 0 {
@@ -145,7 +161,7 @@ fn acceptability(section: &mut Section, material: &Material<'_>) -> Result<()> {
     section.heading("Some conditions");
     let variables: Vec<Quantity> = surrogate.variables().map(|v| Quantity::new(v.name, v.unit)).collect();
     let columns = [("condition", Align::Left), ("verdict", Align::Left), ("limit that decides", Align::Left), ("margin [K]", Align::Right)];
-    let mut table = Table::new(columns);
+    let mut table = ReportTable::new(columns);
     let ranges: Vec<(f64, f64)> = surrogate.variables().map(|v| (v.low, v.high)).collect();
     // Corners and middle of the first three variables tell most; other variables stay in the middle.
     for share in [[0.5, 0.5, 0.5], [0.0, 0.5, 0.0], [0.0, 0.5, 1.0], [1.0, 0.0, 1.0], [1.0, 1.0, 1.0], [0.5, 0.5, 0.8]] {
@@ -161,7 +177,7 @@ fn acceptability(section: &mut Section, material: &Material<'_>) -> Result<()> {
         let words: Vec<String> =
             variables.iter().zip(&x).map(|(q, v)| format!("{} {}", q.name.replace('_', " "), q.with_value(*v))).collect();
         let cells =
-            [text(words.join(", ")), text(word).tone(tone), text(answer.binding_name().unwrap_or("none")), Cell::optional(margin, 3)];
+            [text(words.join(", ")), text(word).tone(tone), text(answer.binding_name().unwrap_or("none")), TableCell::optional(margin, 3)];
         table.row(cells);
     }
     section.table(table);
@@ -170,7 +186,7 @@ fn acceptability(section: &mut Section, material: &Material<'_>) -> Result<()> {
 }
 
 /// Sobol' indices of every limit and point.
-fn deciding(section: &mut Section, material: &Material<'_>) -> Result<()> {
+fn deciding(section: &mut ReportSection, material: &Material<'_>) -> Result<()> {
     let Some(fitted) = material.fitted else { return Ok(()) };
     let surrogate = file::open(&fitted.bytes)?;
     let found = indices::indices(&surrogate, &vec![None; surrogate.variable_count()])?;
@@ -182,16 +198,16 @@ fn deciding(section: &mut Section, material: &Material<'_>) -> Result<()> {
     ));
     for (is_limit, what) in [(true, "limit"), (false, "measurement point")] {
         let columns = [(what, Align::Left), ("standard deviation [K]", Align::Right), ("decided by, %", Align::Left)];
-        let mut table = Table::new(columns);
+        let mut table = ReportTable::new(columns);
         let rows: Vec<_> = found.quantities.iter().filter(|own| own.is_limit == is_limit).collect();
         for own in &rows {
-            let share = |(factor, index): (&indices::Factor, indices::Index)| {
+            let share = |(factor, index): (&indices::Factor, indices::SobolIndex)| {
                 let assumed = if factor.is_assumed { ", assumed" } else { "" };
                 let (first, total) = (100.0 * index.first_order.max(0.0), 100.0 * index.total);
                 format!("{} {first:.0} ({total:.0}{assumed})", factor.name.replace('_', " "))
             };
             let shares: Vec<String> = own.ranked(&found.factors, 0.02).into_iter().map(share).collect();
-            table.row([text(&own.name), Cell::number(own.deviation, 3), text(shares.join(" · "))]);
+            table.row([text(&own.name), TableCell::number(own.deviation, 3), text(shares.join(" · "))]);
         }
         if rows.len() > 12 {
             table.folded(format!("{} points, one by one", rows.len()));
@@ -203,7 +219,7 @@ fn deciding(section: &mut Section, material: &Material<'_>) -> Result<()> {
     Ok(())
 }
 
-fn measured(section: &mut Section, material: &Material<'_>) {
+fn measured(section: &mut ReportSection, material: &Material<'_>) {
     section
         .paragraph("Every measured state of the machine file, solved in full at its own condition. This run fits nothing; \
              where a number of the machine file was chosen with readings in view, the assumptions below say so, and agreement there is no proof.");
@@ -219,15 +235,15 @@ fn measured(section: &mut Section, material: &Material<'_>) {
             ("difference [K]", Align::Right),
             ("published simulation [°C]", Align::Right),
         ];
-        let mut table = Table::new(columns);
+        let mut table = ReportTable::new(columns);
         for row in &check.rows {
             let cells = [
                 text(&row.name),
-                Cell::number(row.measured, 2),
-                Cell::number(row.predicted, 2),
-                Cell::number(row.band, 2),
-                Cell::number(row.predicted - row.measured, 2),
-                Cell::optional(row.other, 2),
+                TableCell::number(row.measured, 2),
+                TableCell::number(row.predicted, 2),
+                TableCell::number(row.band, 2),
+                TableCell::number(row.predicted - row.measured, 2),
+                TableCell::optional(row.other, 2),
             ];
             table.row(cells);
         }
@@ -245,21 +261,21 @@ fn measured(section: &mut Section, material: &Material<'_>) {
     }
 }
 
-fn one_factor(section: &mut Section, material: &Material<'_>) {
+fn one_factor(section: &mut ReportSection, material: &Material<'_>) {
     section.paragraph("Polynomials in one variable, the others held, in the form the paper prints its Tables 7 to 10; y in °C.");
     let mut group = "";
-    let mut tables: Vec<(String, Table)> = Vec::new();
+    let mut tables: Vec<(String, ReportTable)> = Vec::new();
     for formula in &material.summary.formulas {
         if formula.group != group {
             group = &formula.group;
             let columns = [("measurement point", Align::Left), ("formula", Align::Left), ("R²", Align::Right), ("rms [K]", Align::Right)];
-            tables.push((format!("{group}: x is {}", formula.variable), Table::new(columns)));
+            tables.push((format!("{group}: x is {}", formula.variable), ReportTable::new(columns)));
         }
         if let Some((_, table)) = tables.last_mut() {
             table.row([
                 text(&formula.point),
                 text(&formula.text),
-                Cell::number(formula.r_squared, 5),
+                TableCell::number(formula.r_squared, 5),
                 text(format!("{:.1e}", formula.rms)),
             ]);
         }
@@ -272,15 +288,15 @@ fn one_factor(section: &mut Section, material: &Material<'_>) {
     figures(section, material.gallery, "published");
 }
 
-fn slices(section: &mut Section, gallery: &Gallery) {
+fn slices(section: &mut ReportSection, gallery: &Gallery) {
     section.paragraph("Lines through the middle of the fitted range, with the bands that their captions name.");
     let count = gallery.of("slices").count();
     section.folded(format!("{count} figures, one variable after the other"), |inside| figures(inside, gallery, "slices"));
 }
 
 /// How the sweep came to its accuracy, round by round.
-fn rounds(section: &mut Section, found: &Adaptation) {
-    let mut table = Table::new([
+fn rounds(section: &mut ReportSection, found: &Adaptation) {
+    let mut table = ReportTable::new([
         ("runs", Align::Right),
         ("band ± [K]", Align::Right),
         ("of", Align::Left),
@@ -310,7 +326,7 @@ fn rounds(section: &mut Section, found: &Adaptation) {
     section.table(table);
 }
 
-fn accuracy(section: &mut Section, material: &Material<'_>) {
+fn accuracy(section: &mut ReportSection, material: &Material<'_>) {
     let unit = material.summary.unit_of_errors();
     let errors = ["leave-one-out rms", "k-fold rms", "band ±", "held-out max", "held-out rms"];
     let in_unit = |of: &str| (unit.map_or_else(|| of.to_string(), |unit| format!("{of} [{unit}]")), Align::Right);
@@ -318,7 +334,7 @@ fn accuracy(section: &mut Section, material: &Material<'_>) {
     columns.extend(errors.map(in_unit));
     columns.extend(unit.is_none().then(|| ("unit".into(), Align::Left)));
     columns.push(("in band".into(), Align::Right));
-    let mut table = Table::new(columns);
+    let mut table = ReportTable::new(columns);
     let short = |value: f64| text(format!("{value:.1e}"));
     for point in &material.summary.points {
         let held = |f: fn(&(f64, f64, f64)) -> f64| point.held_out.as_ref().map_or_else(|| text("–"), |h| short(f(h)));
@@ -346,8 +362,8 @@ fn accuracy(section: &mut Section, material: &Material<'_>) {
     figures(section, material.gallery, "residuals");
 }
 
-fn inventory(section: &mut Section, found: &Inventory) {
-    let mut parts = Table::new([
+fn inventory(section: &mut ReportSection, found: &Inventory) {
+    let mut parts = ReportTable::new([
         ("part", Align::Left),
         ("material", Align::Left),
         ("mass [kg]", Align::Right),
@@ -358,22 +374,26 @@ fn inventory(section: &mut Section, found: &Inventory) {
         parts.row([
             text(&part.name),
             text(&part.material),
-            Cell::number(part.mass, 2),
-            Cell::number(part.radiating_area, 4),
+            TableCell::number(part.mass, 2),
+            TableCell::number(part.radiating_area, 4),
             text(part.cells.to_string()),
         ]);
     }
     parts.folded(format!("{} parts", found.parts.len()));
     section.table(parts);
-    let mut contacts =
-        Table::new([("contact", Align::Left), ("between", Align::Left), ("true area [m²]", Align::Right), ("hA [W/K]", Align::Right)]);
+    let mut contacts = ReportTable::new([
+        ("contact", Align::Left),
+        ("between", Align::Left),
+        ("true area [m²]", Align::Right),
+        ("hA [W/K]", Align::Right),
+    ]);
     for contact in &found.contacts {
-        let conductance = if contact.conductance.is_finite() { Cell::number(contact.conductance, 3) } else { text("bonded") };
-        contacts.row([text(&contact.name), text(contact.between.join(" – ")), Cell::number(contact.area, 5), conductance]);
+        let conductance = if contact.conductance.is_finite() { TableCell::number(contact.conductance, 3) } else { text("bonded") };
+        contacts.row([text(&contact.name), text(contact.between.join(" – ")), TableCell::number(contact.area, 5), conductance]);
     }
     contacts.folded(format!("{} contacts", found.contacts.len()));
     section.table(contacts);
-    let mut channels = Table::new([
+    let mut channels = ReportTable::new([
         ("channel", Align::Left),
         ("length [m]", Align::Right),
         ("Re", Align::Right),
@@ -384,19 +404,19 @@ fn inventory(section: &mut Section, found: &Inventory) {
         let kilopascal = channel.pressure_drop.map(|p| p / 1e3);
         channels.row([
             text(&channel.name),
-            Cell::number(channel.length, 3),
-            Cell::optional(channel.reynolds, 0),
-            Cell::optional(channel.film, 0),
-            Cell::optional(kilopascal, 2),
+            TableCell::number(channel.length, 3),
+            TableCell::optional(channel.reynolds, 0),
+            TableCell::optional(channel.film, 0),
+            TableCell::optional(kilopascal, 2),
         ]);
     }
     if !channels.is_empty() {
         channels.caption("Channels, at the middle of the swept ranges");
         section.table(channels);
     }
-    let mut sources = Table::new([("source", Align::Left), ("heat [W]", Align::Right)]);
+    let mut sources = ReportTable::new([("source", Align::Left), ("heat [W]", Align::Right)]);
     for source in &found.sources {
-        sources.row([text(&source.name), Cell::optional(source.power, 3)]);
+        sources.row([text(&source.name), TableCell::optional(source.power, 3)]);
     }
     if !sources.is_empty() {
         sources.caption("Heat sources, at the middle of the swept ranges");
@@ -404,13 +424,13 @@ fn inventory(section: &mut Section, found: &Inventory) {
     }
 }
 
-fn assumptions(section: &mut Section, machine: &Machine) {
+fn assumptions(section: &mut ReportSection, machine: &Machine) {
     let assumed = &machine.assumptions;
     if assumed.is_empty() {
         section.paragraph("The machine file marks no number as assumed.");
         return;
     }
-    let mut table = Table::new([("what", Align::Left), ("value", Align::Left), ("because", Align::Left)]);
+    let mut table = ReportTable::new([("what", Align::Left), ("value", Align::Left), ("because", Align::Left)]);
     for assumption in assumed {
         table.row([text(&assumption.key), text(&assumption.value), text(&assumption.reason)]);
     }
@@ -418,7 +438,7 @@ fn assumptions(section: &mut Section, machine: &Machine) {
     section.table(table);
 }
 
-fn provenance(section: &mut Section, material: &Material<'_>) -> Result<()> {
+fn provenance(section: &mut ReportSection, material: &Material<'_>) -> Result<()> {
     let groups = material.swept.plan.groups.iter().map(|g| (g.name.clone(), g.description.clone()));
     section.facts(groups);
     section.facts(material.swept.table.provenance.iter().cloned());
@@ -427,7 +447,7 @@ fn provenance(section: &mut Section, material: &Material<'_>) -> Result<()> {
         let surrogate = file::open(&fitted.bytes)?;
         let flag = |v: coldplate_runtime::Variable<'_>| {
             let value = format!("{} {}", compact(f64::midpoint(v.low, v.high), 4), v.unit);
-            match USUAL.contains(&v.name) {
+            match condition::NAMES.contains(&v.name) {
                 true => format!("--{} \"{value}\"", v.name.replace('_', "-")),
                 false => format!("--at {}=\"{value}\"", v.name),
             }

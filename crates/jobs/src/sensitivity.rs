@@ -6,12 +6,13 @@ use serde_json::{Map, Value, json};
 use coldplate_base::error::Result;
 use coldplate_base::units::{Celsius, Kelvin};
 use coldplate_describe::machine::Condition;
-use coldplate_solve::sensitivity::{Derivatives, Jacobian, Kind, Parameter, Study, Target, UNEVEN};
+use coldplate_solve::sensitivity::{DerivativeTable, DerivativeTarget, Derivatives, UNEVEN};
+use coldplate_solve::study::{MachineParameter, ParameterKind, Study};
 
 /// A reading.
-pub struct Row {
+pub struct SensitivityRow {
     /// Target that is read.
-    pub target: Target,
+    pub target: DerivativeTarget,
     /// Name of the reading.
     pub name: String,
     /// Value of the reading: degC, or K for a difference.
@@ -25,11 +26,11 @@ pub struct Sensitivities<'s> {
     /// The state that the derivatives are taken at.
     pub at: Derivatives<'s>,
     /// Readings.
-    pub rows: Vec<Row>,
+    pub rows: Vec<SensitivityRow>,
     /// Parameters of the derivatives.
-    pub parameters: Vec<Parameter>,
+    pub parameters: Vec<MachineParameter>,
     /// Derivatives, a row for each reading.
-    pub found: Jacobian,
+    pub found: DerivativeTable,
 }
 
 impl<'s> Sensitivities<'s> {
@@ -71,7 +72,7 @@ impl<'s> Sensitivities<'s> {
                 (p.name.clone(), entry)
             })
             .collect();
-        let of_row = |(row, slopes): (&Row, &Vec<f64>)| {
+        let of_row = |(row, slopes): (&SensitivityRow, &Vec<f64>)| {
             let slopes: Map<String, Value> = parameters
                 .iter()
                 .zip(slopes)
@@ -85,9 +86,9 @@ impl<'s> Sensitivities<'s> {
                 })
                 .collect();
             let what = match row.target {
-                Target::Sensor(_) => "sensor",
-                Target::Outlet(_) => "outlet",
-                Target::Limit(_) => "limit",
+                DerivativeTarget::Sensor(_) => "sensor",
+                DerivativeTarget::Outlet(_) => "outlet",
+                DerivativeTarget::Limit(_) => "limit",
             };
             (row.name.clone(), json!({ "is": what, if row.is_absolute { "degC" } else { "K" }: row.value, "slopes": slopes }))
         };
@@ -96,31 +97,31 @@ impl<'s> Sensitivities<'s> {
     }
 }
 
-fn row(at: &Derivatives<'_>, target: Target) -> Row {
+fn row(at: &Derivatives<'_>, target: DerivativeTarget) -> SensitivityRow {
     let (model, state) = (&at.study.model, &at.state);
     match target {
-        Target::Sensor(s) => {
+        DerivativeTarget::Sensor(s) => {
             let value = model.network.measurands[s].shown(model.network.sensors[s].read(&state.solution.temperatures, &state.load));
-            Row { target, name: model.network.sensor_names[s].clone(), value, is_absolute: true }
+            SensitivityRow { target, name: model.network.sensor_names[s].clone(), value, is_absolute: true }
         }
-        Target::Outlet(s) => {
+        DerivativeTarget::Outlet(s) => {
             let stream = &model.network.streams[s];
             let value = Celsius::from(Kelvin(state.solution.temperatures[stream.outlet() as usize])).0;
-            Row { target, name: format!("outlet of {}", stream.name), value, is_absolute: true }
+            SensitivityRow { target, name: format!("outlet of {}", stream.name), value, is_absolute: true }
         }
-        Target::Limit(l) => {
+        DerivativeTarget::Limit(l) => {
             let limit = &model.limits(state)[l];
             let value = limit.shown(limit.value);
-            Row { target, name: format!("limit {}", limit.name), value, is_absolute: limit.is_absolute }
+            SensitivityRow { target, name: format!("limit {}", limit.name), value, is_absolute: limit.is_absolute }
         }
     }
 }
 
-fn kind(parameter: &Parameter) -> &'static str {
+fn kind(parameter: &MachineParameter) -> &'static str {
     match parameter.kind {
-        Kind::Condition => "condition",
-        Kind::Quantity => "quantity",
-        Kind::Factor => "factor",
-        Kind::Offset => "offset",
+        ParameterKind::Condition => "condition",
+        ParameterKind::Quantity => "quantity",
+        ParameterKind::Factor => "factor",
+        ParameterKind::Offset => "offset",
     }
 }

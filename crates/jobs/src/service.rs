@@ -14,9 +14,9 @@ use coldplate_base::input;
 use coldplate_base::progress::Silent;
 use coldplate_surrogate::fit::file;
 use coldplate_surrogate::verdict::Surrogate;
-use coldplate_surrogate::verdict::question::{Batch, BatchCondition, BatchRecord, Question, ReplyRecord};
+use coldplate_surrogate::verdict::question::{BatchCondition, BatchQuestion, BatchRecord, Question, ReplyRecord};
 use coldplate_surrogate::verdict::stated;
-use coldplate_surrogate::verdict::stream::{self, Form};
+use coldplate_surrogate::verdict::stream::{self, AnswerForm};
 
 self_cell! {
     /// The bytes of a file, and the surrogate that is read in them.
@@ -103,7 +103,7 @@ impl Book {
     ///
     /// # Errors
     /// There is no condition; otherwise the error of the first condition with one.
-    pub fn answers(&self, batch: &Batch) -> Result<Vec<u8>> {
+    pub fn answers(&self, batch: &BatchQuestion) -> Result<Vec<u8>> {
         if batch.conditions.is_empty() {
             return Err(Error::input("there are no conditions here").at_key("conditions").help("give one object for each"));
         }
@@ -119,7 +119,7 @@ impl Book {
     ///
     /// # Errors
     /// Errors of [`stream::answer`].
-    pub fn table(&self, rows: &[u8], form: &Form) -> Result<(Vec<u8>, usize)> {
+    pub fn table(&self, rows: &[u8], form: &AnswerForm) -> Result<(Vec<u8>, usize)> {
         let mut text = Vec::new();
         let tally = stream::answer(self.surrogate(), rows, &[], form, None, &Silent, |piece| text.extend_from_slice(piece))?;
         Ok((text, tally.rows))

@@ -37,11 +37,11 @@ pub struct Gap {
 /// Coefficients of the faces of a block, W/K, by a cell's first index. Along the first axis entry i belongs to
 /// the face below cell i, so there is one more, and the first and the last are zero; along the others entry i
 /// belongs to all faces of the cells with first index i.
-pub type Profile<T> = [Vec<T>; 3];
+pub type FaceCoefficients<T> = [Vec<T>; 3];
 
 /// The arithmetic that the kernels use.
-pub trait Real: Copy + Send + Sync + Default + Mul<Output = Self> + Sub<Output = Self> + AddAssign {}
-impl<T: Copy + Send + Sync + Default + Mul<Output = T> + Sub<Output = T> + AddAssign> Real for T {}
+pub trait BlockReal: Copy + Send + Sync + Default + Mul<Output = Self> + Sub<Output = Self> + AddAssign {}
+impl<T: Copy + Send + Sync + Default + Mul<Output = T> + Sub<Output = T> + AddAssign> BlockReal for T {}
 
 /// Cells in a line, a count: shorter lines are taken several at a time. Chosen: cost of a line against cells in it.
 const SHORT: usize = 24;
@@ -53,7 +53,7 @@ const PIECE: usize = 96;
 /// Part of one line of cells along the first axis: the unit of work of a kernel. With the profile of several lines one behind the
 /// other, part of as many lines that have neighbours on the same sides.
 #[derive(Debug, Clone)]
-pub struct Segment {
+pub struct RowSegment {
     /// First indices of its cells; the lines behind the first one count on.
     pub along: Range<usize>,
     /// Node of the cell at `along.start`.
@@ -91,7 +91,7 @@ impl Block {
     }
 
     /// Conductances of the faces, W/K, with every conductivity taken at one temperature (K).
-    pub fn profile(&self, properties: &[Property], temperature: f64) -> Profile<f64> {
+    pub fn profile(&self, properties: &[Property], temperature: f64) -> FaceCoefficients<f64> {
         let mut found = [0, 1, 2].map(|d| {
             let k = properties[self.property[d] as usize].at(temperature);
             let conductance = |gap: &Gap| if gap.area > 0.0 { k * gap.area / (gap.length_a + gap.length_b) } else { 0.0 };
@@ -103,7 +103,7 @@ impl Block {
 
     /// Adds to `part`, the rows from `first` on of a vector, the heat (W) that conduction with `profile` (W/K) makes leave each cell of
     /// the block at temperatures `x` (K) of all nodes.
-    pub fn add_conduction<T: Real>(&self, profile: &Profile<T>, first: usize, x: &[T], part: &mut [T]) {
+    pub fn add_conduction<T: BlockReal>(&self, profile: &FaceCoefficients<T>, first: usize, x: &[T], part: &mut [T]) {
         let range = first.max(self.first)..(first + part.len()).min(self.first + self.len());
         if range.is_empty() {
             return;
@@ -127,7 +127,7 @@ impl Block {
 
     /// Segments over the nodes of `range`, all of the block: each has as many lines as have neighbours on the same sides, of up to
     /// [`PIECE`] cells.
-    fn pieces(&self, range: Range<usize>) -> impl Iterator<Item = Segment> + '_ {
+    fn pieces(&self, range: Range<usize>) -> impl Iterator<Item = RowSegment> + '_ {
         let [n0, n1, n2] = self.cells;
         let Range { start: mut node, end: to } = range;
         let inner = |at: usize, count: usize| if at == 0 || at + 1 == count { at } else { count - 2 };
@@ -138,7 +138,7 @@ impl Block {
             let [i, j, k] = self.indices(node);
             let last = if n1 == 1 { inner(k, n2) } else { k * n1 + inner(j, n1) };
             let end = (self.first + (last + 1) * n0).min(to).min(node + PIECE);
-            let piece = Segment { along: i..i + end - node, node, neighbours: self.neighbours(j, k) };
+            let piece = RowSegment { along: i..i + end - node, node, neighbours: self.neighbours(j, k) };
             node = end;
             Some(piece)
         })
@@ -154,7 +154,7 @@ impl Block {
     }
 
     /// The lines of the block that hold the nodes of `range`, cut to it.
-    pub fn segments(&self, range: Range<usize>) -> impl Iterator<Item = Segment> + '_ {
+    pub fn segments(&self, range: Range<usize>) -> impl Iterator<Item = RowSegment> + '_ {
         let [n0, n1, _] = self.cells;
         let (from, to) = (range.start.max(self.first) - self.first, range.end.min(self.first + self.len()).max(self.first) - self.first);
         let lines = if from < to { from / n0..to.div_ceil(n0) } else { 0..0 };
@@ -162,15 +162,15 @@ impl Block {
             let start = if line * n0 < from { from % n0 } else { 0 };
             let end = (to - line * n0).min(n0);
             let node = self.first + line * n0 + start;
-            Segment { along: start..end, node, neighbours: self.neighbours(line % n1, line / n1) }
+            RowSegment { along: start..end, node, neighbours: self.neighbours(line % n1, line / n1) }
         })
     }
 }
 
-impl Segment {
+impl RowSegment {
     /// Adds to `y`, the segment's part of a vector, the heat (W) that leaves each cell by conduction with `profile`: the sum of g (x -
     /// x of the neighbour). Differences are formed first, so that nothing cancels.
-    fn add_conduction<T: Real>(&self, profile: &Profile<T>, x: &[T], y: &mut [T]) {
+    fn add_conduction<T: BlockReal>(&self, profile: &FaceCoefficients<T>, x: &[T], y: &mut [T]) {
         let Range { start, end } = self.along;
         let n = end - start;
         let own = &x[self.node..self.node + n];
@@ -218,7 +218,7 @@ impl Segment {
     }
 
     /// Adds to `y` the sum of the coefficients that act on each cell: the diagonal of [`Block::add_conduction`].
-    pub fn add_diagonal<T: Real>(&self, profile: &Profile<T>, y: &mut [T]) {
+    pub fn add_diagonal<T: BlockReal>(&self, profile: &FaceCoefficients<T>, y: &mut [T]) {
         for (i, y) in self.along.clone().zip(y.iter_mut()) {
             *y += profile[0][i];
             *y += profile[0][i + 1];
@@ -270,7 +270,7 @@ mod tests {
             let mut along: Vec<f64> = own(0).collect();
             along[0] = 0.0;
             along.push(0.0);
-            let profile: Profile<f64> = [along, own(1).collect(), own(2).collect()];
+            let profile: FaceCoefficients<f64> = [along, own(1).collect(), own(2).collect()];
             let block = Block { first: 5, cells, wraps, property: [0; 3], faces: Default::default() };
             let x: Vec<f64> = (0..block.len() + 9).map(|i| (1.7 * i as f64).sin()).collect();
             for range in [5..block.len() + 5, 0..x.len(), 12..29] {

@@ -62,7 +62,7 @@ pub struct Network {
     /// All other linear conductors: contacts, bonds between blocks, edges of imported meshes.
     pub joints: Vec<Joint>,
     /// Temperatures beside the middle of a cell.
-    pub reaches: Vec<Reach>,
+    pub reaches: Vec<EndInterpolation>,
     /// Contacts the joints belong to.
     pub contacts: Vec<ContactGroup>,
     /// Conductivities the joints and surfaces refer to, W/(m K).
@@ -148,7 +148,7 @@ pub struct Joint {
 /// The temperature beside the middle of a cell, where cells that do not match meet: the cell's own, and a share
 /// of the way to a neighbour along each of two tangential axes. Second order for any smooth temperature.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Reach {
+pub struct EndInterpolation {
     /// A neighbour along each axis (the node itself where the point is level with it).
     pub nodes: [u32; 2],
     /// Share of the way to each, at most 1/2; negative at the edge of a face, where the point lies away from the
@@ -274,6 +274,22 @@ impl Network {
         }
         let g = joint.area / total;
         JointState { conductance: g, slope_a: -g / total * (dra + drc / 2.0), slope_b: -g / total * (drb + drc / 2.0) }
+    }
+
+    /// Sets held nodes to their temperatures in the load, K.
+    pub fn hold(&self, load: &Load, temperatures: &mut [f64]) {
+        for (node, index) in &self.fixed {
+            temperatures[*node as usize] = load.fixed[*index as usize];
+        }
+    }
+
+    /// Temperatures of all nodes, K, with the water at its inlet temperatures and all solids at one temperature (K).
+    pub fn at_inlets(&self, load: &Load, solids: f64) -> Vec<f64> {
+        let mut found = vec![solids; self.nodes];
+        for stream in &self.streams {
+            found[stream.first_node as usize..=stream.outlet() as usize].fill(load.inlets[stream.circuit]);
+        }
+        found
     }
 
     /// Heat capacity (J/K) of a solid node at a temperature (K).

@@ -3,7 +3,7 @@
 use super::split::given_branches;
 use super::{ContactGroup, GivenBranch};
 use coldplate_base::error::Result;
-use coldplate_base::formula::Values;
+use coldplate_base::formula::FormulaValues;
 use coldplate_describe::machine::{BoundaryLaw, Condition, Machine};
 use coldplate_physics::convection::FreeConvection;
 use coldplate_physics::gas;
@@ -14,7 +14,7 @@ pub struct Load {
     /// Values of the machine's variables, SI, in the order of [`Machine::variables`].
     pub variables: Vec<f64>,
     /// Value of every name that formulas may use.
-    pub names: Values,
+    pub names: FormulaValues,
     /// Chamber wall temperature, K.
     pub chamber: f64,
     /// Film of the residual gas, W/(m² K).

@@ -2,7 +2,7 @@
 
 use super::Network;
 use coldplate_base::error::{Error, Result};
-use coldplate_base::formula::Values;
+use coldplate_base::formula::FormulaValues;
 use coldplate_describe::machine::{Branch, BranchFlow, Circuit, Layout};
 use coldplate_physics::channel;
 use coldplate_physics::water::LiquidProperties;
@@ -29,7 +29,7 @@ pub enum GivenFlow {
 ///
 /// # Errors
 /// A formula has no finite value, or a negative one.
-pub(super) fn given_branches(circuit: &Circuit, values: &Values) -> Result<Vec<GivenBranch>> {
+pub(super) fn given_branches(circuit: &Circuit, values: &FormulaValues) -> Result<Vec<GivenBranch>> {
     let of = |branch: &Branch| {
         let flow = match &branch.flow {
             BranchFlow::Share(share) => GivenFlow::Share(share.evaluate(values)?),

@@ -10,8 +10,8 @@ use super::{Load, NONE, Network};
 use crate::mesh::path::Station;
 use coldplate_base::error::{Kind, Result};
 use coldplate_base::formula::Formula;
-use coldplate_describe::machine::{Circuit, Film, FlowState, Intake, Layout};
-use coldplate_physics::channel;
+use coldplate_describe::machine::{Circuit, FilmSource, FlowState, Intake, Layout};
+use coldplate_physics::channel::{self, StraightChannel};
 use coldplate_physics::water::LiquidProperties;
 
 /// A coolant channel in the network.
@@ -44,7 +44,7 @@ pub struct Stream {
     /// Wall roughness, m.
     pub roughness: f64,
     /// How the film is found.
-    pub film: Film,
+    pub film: FilmSource,
 }
 
 /// A circuit: its layout over streams.
@@ -201,6 +201,27 @@ impl Network {
         }
     }
 
+    /// Conductance between the water of a station and its cells, W/K: the film (W/(m² K)), the way through the cells, and the scale on
+    /// the wall.
+    fn station_conductance(&self, stream: &Stream, station: &Station, film: f64, temperatures: &[f64]) -> f64 {
+        let perimeter = std::f64::consts::PI * stream.diameter;
+        let film_resistance = 1.0 / (film * perimeter * station.length);
+        let cell: f64 = station.cells.iter().map(|(n, w)| w * temperatures[*n]).sum();
+        let spread = if stream.property == NONE {
+            0.0
+        } else {
+            let k = [0, 1, 2].map(|axis| self.properties[stream.property as usize + axis].at(cell));
+            let across = if k[0] == k[1] && k[1] == k[2] {
+                k[0]
+            } else {
+                k.iter().zip(station.across).map(|(k, weight)| weight * k.ln()).sum::<f64>().exp()
+            };
+            station.shape / (across * station.length)
+        };
+        let scale = stream.fouling_resistance / (perimeter * station.length);
+        1.0 / ((film_resistance + spread).max(0.2 * film_resistance) + scale)
+    }
+
     #[allow(clippy::too_many_arguments)]
     fn stream_state(
         &self,
@@ -227,28 +248,7 @@ impl Network {
         let drop = stream.pressure_drop(mass_flow, liquid);
         // One capacity rate along the whole circuit, so that enthalpy is conserved to rounding.
         let rate = mass_flow * inlet.specific_heat;
-        let conductance: Vec<f64> = stream
-            .stations
-            .iter()
-            .map(|station| {
-                let perimeter = std::f64::consts::PI * stream.diameter;
-                let film_resistance = 1.0 / (film * perimeter * station.length);
-                let cell: f64 = station.cells.iter().map(|(n, w)| w * temperatures[*n]).sum();
-                let spread = if stream.property == NONE {
-                    0.0
-                } else {
-                    let k = [0, 1, 2].map(|axis| self.properties[stream.property as usize + axis].at(cell));
-                    let across = if k[0] == k[1] && k[1] == k[2] {
-                        k[0]
-                    } else {
-                        k.iter().zip(station.across).map(|(k, weight)| weight * k.ln()).sum::<f64>().exp()
-                    };
-                    station.shape / (across * station.length)
-                };
-                let scale = stream.fouling_resistance / (perimeter * station.length);
-                1.0 / ((film_resistance + spread).max(0.2 * film_resistance) + scale)
-            })
-            .collect();
+        let conductance: Vec<f64> = stream.stations.iter().map(|k| self.station_conductance(stream, k, film, temperatures)).collect();
         let of_station = |ua: f64| if rate > 0.0 { -rate * (-ua / rate).exp_m1() } else { 0.0 };
         // Most stations of a channel are alike.
         let mut last = (f64::NAN, 0.0);
@@ -288,7 +288,7 @@ impl Network {
 impl Stream {
     /// Whether its film follows from a formula of the machine's variables.
     pub fn has_film_formula(&self) -> bool {
-        matches!(self.film, Film::Formula(_) | Film::Nusselt(_))
+        matches!(self.film, FilmSource::Formula(_) | FilmSource::Nusselt(_))
     }
 
     /// Pressure drop (Pa) at a mass flow (kg/s).
@@ -301,18 +301,18 @@ impl Stream {
         let scale = flow.liquid.conductivity / self.diameter;
         let evaluate = |formula: &Formula| {
             // Liquid at rest conducts: no formula of a flow holds there.
-            if flow.reynolds == 0.0 { Ok(None) } else { Film::evaluate(formula, &load.names, flow).map(Some) }
+            if flow.reynolds == 0.0 { Ok(None) } else { FilmSource::evaluate(formula, &load.names, flow).map(Some) }
         };
         let (film, note) = match &self.film {
-            Film::Given(h) => (*h, None),
-            Film::Correlation { bend_factor, wall } => {
+            FilmSource::Given(h) => (*h, None),
+            FilmSource::Correlation { bend_factor, wall } => {
                 let (prandtl, prandtl_wall) = (flow.liquid.prandtl(), flow.at_wall.prandtl());
-                let nusselt = channel::nusselt(flow.reynolds, prandtl, self.diameter / self.length, *wall, false, prandtl_wall);
-                let note = channel::note(flow.reynolds, prandtl, self.diameter / self.length, prandtl_wall);
-                (bend_factor * nusselt * scale, note)
+                let straight = StraightChannel { diameter: self.diameter, length: self.length, wall: *wall, velocity_developed: false };
+                let nusselt = channel::nusselt(&straight, flow.reynolds, prandtl, prandtl_wall);
+                (bend_factor * nusselt * scale, channel::note(&straight, flow.reynolds, prandtl, prandtl_wall))
             }
-            Film::Formula(formula) => (evaluate(formula)?.unwrap_or(STANDING_NUSSELT * scale), None),
-            Film::Nusselt(formula) => (evaluate(formula)?.unwrap_or(STANDING_NUSSELT) * scale, None),
+            FilmSource::Formula(formula) => (evaluate(formula)?.unwrap_or(STANDING_NUSSELT * scale), None),
+            FilmSource::Nusselt(formula) => (evaluate(formula)?.unwrap_or(STANDING_NUSSELT) * scale, None),
         };
         Ok((self.film_factor * film, note))
     }

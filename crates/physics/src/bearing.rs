@@ -29,7 +29,7 @@ pub struct Palmgren {
 /// Source: Palmgren, Grundlagen der Wälzlagertechnik; Harris, Rolling Bearing Analysis.
 ///
 /// ```
-/// # use crate::bearing::{Palmgren, palmgren};
+/// # use coldplate_physics::bearing::{Palmgren, palmgren};
 /// let bearing = Palmgren { f0: 2.0, f1: 7e-4, mean_diameter: 0.072, viscosity: 150e-6, load: 3000.0 };
 /// let speed = 50.0 * std::f64::consts::PI / 30.0;
 /// let (viscous, load) = palmgren(&bearing, speed);

@@ -3,7 +3,7 @@
 
 use std::f64::consts::PI;
 
-use super::Checked;
+use super::NotedValue;
 
 /// Largest curvature ratio r (dimensionless) for which the coil laws were validated.
 const CURVATURE_LIMIT: f64 = 0.2;
@@ -70,7 +70,7 @@ pub fn serpentine_bend_factor(
     bend_diameter: f64,
     pass_length: f64,
     straight_nusselt: f64,
-) -> Checked {
+) -> NotedValue {
     let curvature = diameter / bend_diameter;
     let bend = PI * bend_diameter / 2.0;
     let reach = (10.0 * diameter).min(pass_length);
@@ -85,5 +85,5 @@ pub fn serpentine_bend_factor(
     } else {
         None
     };
-    Checked { value: factor.clamp(1.0, 1.4), note }
+    NotedValue { value: factor.clamp(1.0, 1.4), note }
 }

@@ -10,7 +10,6 @@ pub use super::bend::{
 pub use super::hydraulics::{friction, konakov, pressure_drop, split_flow};
 pub use super::regime::{LAMINAR_LIMIT, Regime, TURBULENT_LIMIT};
 
-use super::Checked;
 use super::water::LiquidProperties;
 
 /// Thermal boundary condition at the wall; only the laminar branch depends on it.
@@ -37,9 +36,9 @@ pub struct Film {
     pub note: Option<&'static str>,
 }
 
-/// A straight round channel, for [`film`].
+/// A straight round channel.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Run {
+pub struct StraightChannel {
     /// Hydraulic diameter, m.
     pub diameter: f64,
     /// Heated length, m.
@@ -48,6 +47,12 @@ pub struct Run {
     pub wall: Wall,
     /// Whether the velocity profile is developed where heating begins.
     pub velocity_developed: bool,
+}
+
+impl StraightChannel {
+    fn diameter_over_length(&self) -> f64 {
+        self.diameter / self.length
+    }
 }
 
 /// Reynolds number 4 rho Q / (pi d mu) of a volume flow (m³/s) in a round channel (m).
@@ -72,13 +77,13 @@ pub fn reynolds(flow: f64, diameter: f64, state: &LiquidProperties) -> f64 {
 /// Source: Gnielinski, Int. J. Heat Mass Transfer 63 (2013) 134; VDI Heat Atlas, chapter G1.
 ///
 /// ```
-/// # use crate::channel::{Wall, nusselt};
-/// let developed = nusselt(100.0, 6.0, 0.0, Wall::Temperature, true, 6.0);
-/// assert!((developed - 3.66).abs() < 1e-2);
+/// # use coldplate_physics::channel::{StraightChannel, Wall, nusselt};
+/// let long = StraightChannel { diameter: 0.01, length: f64::INFINITY, wall: Wall::Temperature, velocity_developed: true };
+/// assert!((nusselt(&long, 100.0, 6.0, 6.0) - 3.66).abs() < 1e-2);
 /// ```
-pub fn nusselt(reynolds: f64, prandtl: f64, diameter_over_length: f64, wall: Wall, velocity_developed: bool, prandtl_wall: f64) -> f64 {
-    let laminar = |re: f64| laminar_nusselt(re, prandtl, diameter_over_length, wall, velocity_developed);
-    let turbulent = |re: f64| turbulent_nusselt(re, prandtl, diameter_over_length);
+pub fn nusselt(channel: &StraightChannel, reynolds: f64, prandtl: f64, prandtl_wall: f64) -> f64 {
+    let laminar = |re: f64| laminar_nusselt(channel, re, prandtl);
+    let turbulent = |re: f64| turbulent_nusselt(channel, re, prandtl);
     let straight = match Regime::at(reynolds) {
         Regime::Laminar => laminar(reynolds),
         Regime::Turbulent => turbulent(reynolds),
@@ -90,30 +95,31 @@ pub fn nusselt(reynolds: f64, prandtl: f64, diameter_over_length: f64, wall: Wal
     straight * (prandtl / prandtl_wall).powf(0.11)
 }
 
-fn laminar_nusselt(re: f64, pr: f64, diameter_over_length: f64, wall: Wall, velocity_developed: bool) -> f64 {
-    let graetz = re * pr * diameter_over_length;
-    let (developed, offset, leveque, entrance) = match wall {
+fn laminar_nusselt(channel: &StraightChannel, re: f64, pr: f64) -> f64 {
+    let ratio = channel.diameter_over_length();
+    let graetz = re * pr * ratio;
+    let (developed, offset, leveque, entrance) = match channel.wall {
         Wall::Temperature => (3.66_f64, 0.7_f64, 1.615 * graetz.cbrt(), (2.0 / (1.0 + 22.0 * pr)).powf(1.0 / 6.0) * graetz.sqrt()),
-        Wall::Flux => (4.364, 0.6, 1.953 * graetz.cbrt(), 0.924 * pr.cbrt() * (re * diameter_over_length).sqrt()),
+        Wall::Flux => (4.364, 0.6, 1.953 * graetz.cbrt(), 0.924 * pr.cbrt() * (re * ratio).sqrt()),
     };
-    let entrance = if velocity_developed { 0.0 } else { entrance };
+    let entrance = if channel.velocity_developed { 0.0 } else { entrance };
     (developed.powi(3) + offset.powi(3) + (leveque - offset).powi(3) + entrance.powi(3)).cbrt()
 }
 
-fn turbulent_nusselt(re: f64, pr: f64, diameter_over_length: f64) -> f64 {
+fn turbulent_nusselt(channel: &StraightChannel, re: f64, pr: f64) -> f64 {
     let f8 = konakov(re) / 8.0;
     let developed = f8 * (re - 1000.0) * pr / (1.0 + 12.7 * f8.sqrt() * (pr.powf(2.0 / 3.0) - 1.0));
-    developed * (1.0 + diameter_over_length.powf(2.0 / 3.0))
+    developed * (1.0 + channel.diameter_over_length().powf(2.0 / 3.0))
 }
 
 /// Doubt about [`nusselt`] at these arguments, if there is one.
-pub fn note(reynolds: f64, prandtl: f64, diameter_over_length: f64, prandtl_wall: f64) -> Option<&'static str> {
+pub fn note(channel: &StraightChannel, reynolds: f64, prandtl: f64, prandtl_wall: f64) -> Option<&'static str> {
     let ratio = prandtl / prandtl_wall;
     if !(0.1..=1000.0).contains(&prandtl) {
         Some("the film correlation holds for Prandtl numbers 0.1..1000")
     } else if reynolds > 1e6 {
         Some("the film correlation holds up to a Reynolds number of 1e6")
-    } else if diameter_over_length > 1.0 {
+    } else if channel.diameter_over_length() > 1.0 {
         Some("the film correlation holds for channels longer than their diameter")
     } else if !(0.1..=10.0).contains(&ratio) {
         Some("the wall-property factor holds for Pr/Pr_wall between 0.1 and 10")
@@ -122,42 +128,26 @@ pub fn note(reynolds: f64, prandtl: f64, diameter_over_length: f64, prandtl_wall
     }
 }
 
-/// [`nusselt`] with its [`note`].
-pub fn nusselt_checked(
-    reynolds: f64,
-    prandtl: f64,
-    diameter_over_length: f64,
-    wall: Wall,
-    velocity_developed: bool,
-    prandtl_wall: f64,
-) -> Checked {
-    Checked {
-        value: nusselt(reynolds, prandtl, diameter_over_length, wall, velocity_developed, prandtl_wall),
-        note: note(reynolds, prandtl, diameter_over_length, prandtl_wall),
-    }
-}
-
-/// The film in a straight run at a volume flow (m³/s): h = Nu k / d.
+/// The film in a straight channel at a volume flow (m³/s): h = Nu k / d.
 ///
 /// `state` is the liquid at its bulk temperature; `prandtl_wall` is its Prandtl number at the wall temperature; `None`
 /// leaves the wall-property factor out. Source and range: [`nusselt`].
 ///
 /// ```
-/// # use crate::{channel::{Run, Wall, film}, liquid::Liquid};
-/// let run = Run { diameter: 0.01, length: 1.6, wall: Wall::Flux, velocity_developed: false };
-/// let film = film(3.33e-5, &run, &Liquid::Water.at(299.15).unwrap(), None);
+/// # use coldplate_physics::{channel::{StraightChannel, Wall, film}, liquid::Liquid};
+/// let channel = StraightChannel { diameter: 0.01, length: 1.6, wall: Wall::Flux, velocity_developed: false };
+/// let film = film(3.33e-5, &channel, &Liquid::Water.at(299.15).unwrap(), None);
 /// assert!((film.coefficient - 2287.5).abs() < 0.1 && (film.reynolds - 4858.0).abs() < 0.1);
 /// ```
-pub fn film(flow: f64, run: &Run, state: &LiquidProperties, prandtl_wall: Option<f64>) -> Film {
+pub fn film(flow: f64, channel: &StraightChannel, state: &LiquidProperties, prandtl_wall: Option<f64>) -> Film {
     let prandtl = state.prandtl();
-    let reynolds = reynolds(flow, run.diameter, state);
-    let nusselt =
-        nusselt_checked(reynolds, prandtl, run.diameter / run.length, run.wall, run.velocity_developed, prandtl_wall.unwrap_or(prandtl));
+    let (reynolds, prandtl_wall) = (reynolds(flow, channel.diameter, state), prandtl_wall.unwrap_or(prandtl));
+    let nusselt = nusselt(channel, reynolds, prandtl, prandtl_wall);
     Film {
-        coefficient: nusselt.value * state.conductivity / run.diameter,
-        nusselt: nusselt.value,
+        coefficient: nusselt * state.conductivity / channel.diameter,
+        nusselt,
         reynolds,
         regime: Regime::at(reynolds),
-        note: nusselt.note,
+        note: note(channel, reynolds, prandtl, prandtl_wall),
     }
 }

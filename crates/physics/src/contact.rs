@@ -7,7 +7,7 @@ use super::radiation::{SIGMA, linearised};
 
 /// Standard atmosphere, Pa (exact by definition).
 const ATMOSPHERE: f64 = 101_325.0;
-/// Reference temperature of the mean free path of [`Gas`], K: 25 degC.
+/// Reference temperature of the mean free path of [`GapGas`], K: 25 degC.
 pub const GAS_REFERENCE_TEMPERATURE: f64 = 298.15;
 /// Mean free path of air at 1 atm and 298.15 K, m.
 pub const AIR_MEAN_FREE_PATH: f64 = 68e-9;
@@ -29,7 +29,7 @@ pub enum Asperities {
 
 /// Gas in the gap between the asperities.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Gas {
+pub struct GapGas {
     /// Conductivity of the gas in bulk, W/(m K).
     pub conductivity: f64,
     /// Gas pressure, Pa.
@@ -52,9 +52,18 @@ pub struct Rough {
     /// Contact pressure, Pa.
     pub pressure: f64,
     /// Gas in the gap; `None` for vacuum.
-    pub gas: Option<Gas>,
+    pub gas: Option<GapGas>,
     /// Emissivities of the two surfaces; `None` leaves radiation across the gap out.
     pub emissivity: Option<[f64; 2]>,
+}
+
+/// Conductivity of a body at the temperature of the contact.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Conductivity {
+    /// Conductivity, W/(m K).
+    pub value: f64,
+    /// Derivative with respect to temperature, W/(m K²).
+    pub slope: f64,
 }
 
 /// Harmonic mean 2 k1 k2 / (k1 + k2) of two conductivities.
@@ -113,19 +122,18 @@ pub fn gap_gas(conductivity: f64, gap: f64, rarefaction: f64, pressure: f64, tem
 /// `k1`, `k2` are the conductivities of the two bodies, W/(m K); `mean_temperature` that of the
 /// interface, K. See [`note`] for the range.
 pub fn conductance(rough: &Rough, k1: f64, k2: f64, mean_temperature: f64) -> f64 {
-    conductance_with_slope(rough, (k1, 0.0), (k2, 0.0), mean_temperature).0
+    conductance_with_slope(rough, [k1, k2].map(|value| Conductivity { value, slope: 0.0 }), mean_temperature).0
 }
 
-/// [`conductance`] and its derivative with respect to the mean temperature, W/(m² K²). `k1`, `k2` come with their
-/// derivatives `dk1`, `dk2`, W/(m K²).
-pub fn conductance_with_slope(rough: &Rough, (k1, dk1): (f64, f64), (k2, dk2): (f64, f64), mean_temperature: f64) -> (f64, f64) {
-    let solid = harmonic_mean(k1, k2);
+/// [`conductance`] between two bodies, and its derivative with respect to the mean temperature, W/(m² K²).
+pub fn conductance_with_slope(rough: &Rough, [first, second]: [Conductivity; 2], mean_temperature: f64) -> (f64, f64) {
+    let solid = harmonic_mean(first.value, second.value);
     let spots = match rough.asperities {
         Asperities::Plastic { hardness } => plastic_spots(solid, rough.slope, rough.roughness, rough.pressure / hardness),
         Asperities::Elastic { modulus } => elastic_spots(solid, rough.slope, rough.roughness, rough.pressure / modulus),
     };
     // The spot conductance is proportional to the harmonic mean 2/(1/k1 + 1/k2), which has this relative slope.
-    let spots_slope = spots * solid / 2.0 * (dk1 / (k1 * k1) + dk2 / (k2 * k2));
+    let spots_slope = spots * solid / 2.0 * (first.slope / (first.value * first.value) + second.slope / (second.value * second.value));
     let (gas, gas_slope) = rough.gas.as_ref().map_or((0.0, 0.0), |gas| {
         let gap = gas.gap.unwrap_or_else(|| mean_gap(rough.roughness, relative_pressure(rough)));
         let film = gap_gas(gas.conductivity, gap, gas.rarefaction, gas.pressure, mean_temperature);

@@ -3,10 +3,8 @@
 //! Every law gives a Nusselt number of the Rayleigh number Ra = g beta |Ts - T| L³ rho² cp/(mu k), with the gas at the film
 //! temperature (Ts + T)/2 and beta = 1/film temperature. Uncertainty +-10..20 %; draughts and neighbours matter more.
 
-/// Standard gravity, m/s² (exact by definition).
-const GRAVITY: f64 = 9.806_65;
-/// Molar gas constant, J/(mol K) (CODATA 2018, exact in its digits).
-const GAS_CONSTANT: f64 = 8.314_462_618;
+use super::constants::{GAS_CONSTANT, GRAVITY};
+
 /// Range of film temperatures for the properties of the gases, K: the range of the fits of [`Gas`].
 const RANGE: (f64, f64) = (200.0, 600.0);
 
@@ -14,8 +12,8 @@ const RANGE: (f64, f64) = (200.0, 600.0);
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FreeConvection {
     /// Shape of the body.
-    pub shape: Shape,
-    /// Characteristic length of the body, m: see [`Shape`].
+    pub shape: BodyShape,
+    /// Characteristic length of the body, m: see [`BodyShape`].
     pub length: f64,
     /// Gas around the body.
     pub gas: Gas,
@@ -25,18 +23,18 @@ pub struct FreeConvection {
 
 /// Shape of a body, with its law and its characteristic length.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Shape {
+pub enum BodyShape {
     /// Vertical plate or wide vertical cylinder of this height:
     /// Nu = {0.825 + 0.387 Ra^(1/6)/[1 + (0.492/Pr)^(9/16)]^(8/27)}². Ra 0.1..1e12.
     /// Source: Churchill and Chu, Int. J. Heat Mass Transfer 18 (1975) 1323.
     VerticalPlate,
     /// Horizontal plate facing up; characteristic length: area over perimeter. Warmer than the gas, it follows the
     /// larger of 0.54 Ra^(1/4) (printed for 1e4..1e7) and 0.15 Ra^(1/3) (to 1e11); the two meet at 4.7e6. Colder than
-    /// the gas, it follows the law of a warmer [`Shape::FacingDown`]. Source: McAdams (1954), Lloyd and Moran (1974),
+    /// the gas, it follows the law of a warmer [`BodyShape::FacingDown`]. Source: McAdams (1954), Lloyd and Moran (1974),
     /// Incropera equations 9.30 and 9.31.
     FacingUp,
     /// Horizontal plate facing down; characteristic length: area over perimeter. Warmer than the gas, it follows 0.52
-    /// Ra^(1/5), Ra 1e4..1e9, Pr >= 0.7; colder, it follows the law of a warmer [`Shape::FacingUp`]. Source: Radziemska
+    /// Ra^(1/5), Ra 1e4..1e9, Pr >= 0.7; colder, it follows the law of a warmer [`BodyShape::FacingUp`]. Source: Radziemska
     /// and Lewandowski (2001), Incropera equation 9.32.
     FacingDown,
     /// Long horizontal cylinder of this diameter:
@@ -74,8 +72,8 @@ pub struct Flux {
     pub per_gas: f64,
 }
 
-impl Shape {
-    /// All shapes, in the order of [`Shape::NAMES`].
+impl BodyShape {
+    /// All shapes, in the order of [`BodyShape::NAMES`].
     pub const ALL: [Self; 5] = [Self::VerticalPlate, Self::FacingUp, Self::FacingDown, Self::HorizontalCylinder, Self::Sphere];
     /// Names in files.
     pub const NAMES: [&str; 5] = ["vertical_plate", "facing_up", "facing_down", "horizontal_cylinder", "sphere"];
@@ -184,8 +182,8 @@ impl FreeConvection {
     /// Outside 200..600 K of film temperature the properties at the end of that range are taken; see [`FreeConvection::note`].
     ///
     /// ```
-    /// # use crate::convection::{FreeConvection, Gas, Shape};
-    /// let plate = FreeConvection { shape: Shape::VerticalPlate, length: 0.3, gas: Gas::Air, pressure: 101_325.0 };
+    /// # use coldplate_physics::convection::{FreeConvection, Gas, BodyShape};
+    /// let plate = FreeConvection { shape: BodyShape::VerticalPlate, length: 0.3, gas: Gas::Air, pressure: 101_325.0 };
     /// let flux = plate.flux(333.15, 293.15);
     /// assert!((4.0..6.0).contains(&(flux.value / 40.0))); // a film of some 5 W/(m2 K)
     /// ```

@@ -18,14 +18,13 @@
 //! * the rotor's own inertia is absent from equation 1. Kept; add it to `reducer_inertia`;
 //! * 9.55 in the paper is 30/pi; here speeds are rad/s and the factor is exact.
 //!
-//! Parameter sets that reproduce Tables 1 and 2 to their printed digits are in `docs/physics.md`.
+//! Parameter sets that reproduce Tables 1 and 2 to their printed digits are in `docs/reference/physics.md`.
 
 use std::f64::consts::PI;
 
 use coldplate_base::error::{Error, Result};
 
-/// Standard acceleration of gravity, m/s² (exact by definition).
-pub const GRAVITY: f64 = 9.806_65;
+use super::constants::GRAVITY;
 
 /// Parameters of one axis in equations 1-5. [`Parameters::default`] is [`Parameters::PAPER`].
 #[derive(Debug, Clone, PartialEq)]
@@ -234,7 +233,7 @@ pub fn torques(p: &Parameters, motor_speed: f64) -> Torques {
 /// Both directions of turning give equal heats. The module documentation lists the differences from the paper.
 ///
 /// ```
-/// # use crate::drive::{Parameters, heats};
+/// # use coldplate_physics::drive::{Parameters, heats};
 /// let drive = Parameters { lead: 0.012, starting_torque: Some(3.91), ..Parameters::default() };
 /// let heats = heats(&drive, 2500.0 * std::f64::consts::PI / 30.0);
 /// assert!((heats.velocity - 0.1).abs() < 1e-12);

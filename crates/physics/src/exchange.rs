@@ -74,7 +74,7 @@ pub fn enforce(exchange: &mut DMatrix<f64>, variance: &DMatrix<f64>, rest: &mut 
 
 /// A node of an enclosure's network.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Terminal {
+pub enum RadiationNode {
     /// Radiosity of a surface: the node's T⁴ is J/sigma.
     Radiosity(usize),
     /// Temperature of a surface: the node's T⁴ is the mean T⁴ of the surface.
@@ -93,7 +93,7 @@ pub const ELIMINATED_ABOVE: f64 = 0.5;
 /// Surfaces with a radiosity node are joined to it by eps A/(1 - eps), which is not in the list.
 ///
 /// `exchange` is S, `areas` and `emissivities` (above 0, at most 1) belong to its rows.
-pub fn conductors(exchange: &DMatrix<f64>, areas: &[f64], emissivities: &[f64]) -> Vec<(Terminal, Terminal, f64)> {
+pub fn conductors(exchange: &DMatrix<f64>, areas: &[f64], emissivities: &[f64]) -> Vec<(RadiationNode, RadiationNode, f64)> {
     let n = areas.len();
     // Rows: radiosities, then the surfaces whose radiosity is to be eliminated. A black surface is its radiosity.
     let grey: Vec<usize> = (0..n).filter(|i| emissivities[*i] > ELIMINATED_ABOVE && emissivities[*i] < 1.0).collect();
@@ -116,9 +116,9 @@ pub fn conductors(exchange: &DMatrix<f64>, areas: &[f64], emissivities: &[f64]) 
         g.column_mut(*out).fill(0.0);
     }
     let terminal = |i: usize| match i {
-        i if i >= n => Terminal::Surface(grey[i - n]),
-        i if emissivities[i] < 1.0 => Terminal::Radiosity(i),
-        i => Terminal::Surface(i),
+        i if i >= n => RadiationNode::Surface(grey[i - n]),
+        i if emissivities[i] < 1.0 => RadiationNode::Radiosity(i),
+        i => RadiationNode::Surface(i),
     };
     let pairs = (0..size).flat_map(|a| (a + 1..size).map(move |b| (a, b)));
     pairs.filter(|(a, b)| g[(*a, *b)] > 0.0).map(|(a, b)| (terminal(a), terminal(b), g[(a, b)])).collect()

@@ -1,7 +1,7 @@
 //! Heat through the residual gas between the machine and the chamber wall.
 
-/// Molar gas constant, J/(mol K) (CODATA 2018, exact in its digits).
-const GAS_CONSTANT: f64 = 8.314_462_618;
+use super::constants::GAS_CONSTANT;
+
 /// Molar mass of dry air, kg/mol.
 const AIR_MOLAR_MASS: f64 = 0.028_965;
 /// Heat capacity ratio of air (dimensionless): 7/5, a gas of diatomic molecules.
@@ -34,7 +34,7 @@ pub fn air_conductivity(temperature: f64) -> f64 {
 /// Springer, Adv. Heat Transfer 7 (1971) 163.
 ///
 /// ```
-/// # use crate::gas::film;
+/// # use coldplate_physics::gas::film;
 /// assert!((film(1.0, 300.0, 1.0, 0.0) - 1.171).abs() < 1e-3);
 /// assert_eq!(film(0.0, 300.0, 1.0, 0.1), 0.0);
 /// ```

@@ -31,7 +31,7 @@ fn churchill(reynolds: f64, relative_roughness: f64) -> f64 {
 /// the limit.
 ///
 /// ```
-/// # use crate::channel::friction;
+/// # use coldplate_physics::channel::friction;
 /// assert_eq!(friction(1000.0, 0.0), 0.064);
 /// assert!(friction(1e5, 0.01) > friction(1e5, 0.0));
 /// ```
@@ -76,7 +76,7 @@ pub fn pressure_drop(flow: f64, diameter: f64, length: f64, minor_loss: f64, rou
 /// and finite at the total flow.
 ///
 /// ```
-/// # use crate::channel::split_flow;
+/// # use coldplate_physics::channel::split_flow;
 /// let quadratic = |r: f64| move |q: f64| r * q * q;
 /// let flows = split_flow(3.0, &[quadratic(1.0), quadratic(4.0)]).unwrap();
 /// assert!((flows[0] - 2.0).abs() < 1e-9 && (flows[1] - 1.0).abs() < 1e-9);

@@ -36,34 +36,34 @@ pub struct FluidTable {
     /// Name.
     pub name: String,
     /// Density, kg/m³.
-    pub density: Curve,
+    pub density: PropertyCurve,
     /// Specific heat, J/(kg K).
-    pub specific_heat: Curve,
+    pub specific_heat: PropertyCurve,
     /// Dynamic viscosity, Pa s.
-    pub viscosity: Curve,
+    pub viscosity: PropertyCurve,
     /// Conductivity, W/(m K).
-    pub conductivity: Curve,
+    pub conductivity: PropertyCurve,
 }
 
 /// A property as a function of temperature.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Curve {
+pub enum PropertyCurve {
     /// One value at all temperatures.
     Constant(f64),
     /// Points of temperature (K), ascending strictly, and value; two or more.
-    Points(Vec<Point>),
+    Points(Vec<CurvePoint>),
 }
 
-/// A point of a [`Curve`].
+/// A point of a [`PropertyCurve`].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Point {
+pub struct CurvePoint {
     /// Temperature, K.
     pub temperature: f64,
     /// Value, SI, larger than zero.
     pub value: f64,
 }
 
-impl Curve {
+impl PropertyCurve {
     /// Range of temperatures (K) of the curve.
     fn range(&self) -> (f64, f64) {
         match self {

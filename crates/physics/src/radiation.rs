@@ -10,7 +10,7 @@ pub const SIGMA: f64 = 5.670_374_419e-8;
 /// enclosure with F = 1.
 ///
 /// ```
-/// # use crate::radiation::effective_emissivity;
+/// # use coldplate_physics::radiation::effective_emissivity;
 /// assert!((effective_emissivity(0.55, 0.1525, 0.3, 96.0) - 0.548881).abs() < 1e-6);
 /// ```
 pub fn effective_emissivity(e: f64, area: f64, e_ch: f64, area_ch: f64) -> f64 {

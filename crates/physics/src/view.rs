@@ -53,14 +53,14 @@ pub fn cylinder_to_itself(radius: f64, length: f64) -> f64 {
 }
 
 /// A rectangle's extent along one axis: low and high, m.
-pub type Extent = (f64, f64);
+pub type RectangleExtent = (f64, f64);
 
 /// View factor from one rectangle to another in a parallel plane at `distance`. The sides lie along the same two axes,
 /// anywhere on them: extents of the first, then of the second (C-13; A. Ehlert and T. F. Smith, J. Thermophys. Heat
 /// Transfer 7 (1993) 173).
 ///
 /// The sum over the sixteen pairs of corners cancels: digits are lost as distance⁴ over the product of the areas.
-pub fn parallel_plane(first: [Extent; 2], second: [Extent; 2], distance: f64) -> f64 {
+pub fn parallel_plane(first: [RectangleExtent; 2], second: [RectangleExtent; 2], distance: f64) -> f64 {
     let z2 = distance * distance;
     let g = |u: f64, v: f64| {
         let (p, q) = ((u * u + z2).sqrt(), (v * v + z2).sqrt());
@@ -73,7 +73,7 @@ pub fn parallel_plane(first: [Extent; 2], second: [Extent; 2], distance: f64) ->
 /// View factor from one rectangle to another in a plane at a right angle, both with a pair of sides parallel to the
 /// line where the planes meet. Each is given by its extents along that line and away from it (at least 0). They need
 /// not touch the line, nor lie at equal places along it (C-15; Ehlert and Smith 1993).
-pub fn perpendicular_plane(first: [Extent; 2], second: [Extent; 2]) -> f64 {
+pub fn perpendicular_plane(first: [RectangleExtent; 2], second: [RectangleExtent; 2]) -> f64 {
     let g = |along: f64, x: f64, z: f64| {
         let (v2, c2) = (along * along, x * x + z * z);
         let c = c2.sqrt();
@@ -86,8 +86,8 @@ pub fn perpendicular_plane(first: [Extent; 2], second: [Extent; 2]) -> f64 {
 }
 
 /// Sum of `g` over the four corners of each of two rectangles, with the sign of the corners' product.
-fn corners(g: impl Fn(f64, f64, f64, f64) -> f64, first: [Extent; 2], second: [Extent; 2]) -> f64 {
-    let ends = |e: Extent| [(e.0, -1.0), (e.1, 1.0)];
+fn corners(g: impl Fn(f64, f64, f64, f64) -> f64, first: [RectangleExtent; 2], second: [RectangleExtent; 2]) -> f64 {
+    let ends = |e: RectangleExtent| [(e.0, -1.0), (e.1, 1.0)];
     let mut sum = 0.0;
     for (x, sx) in ends(first[0]) {
         for (y, sy) in ends(first[1]) {
@@ -101,7 +101,7 @@ fn corners(g: impl Fn(f64, f64, f64, f64) -> f64, first: [Extent; 2], second: [E
     sum
 }
 
-fn area([a, b]: [Extent; 2]) -> f64 {
+fn area([a, b]: [RectangleExtent; 2]) -> f64 {
     (a.1 - a.0) * (b.1 - b.0)
 }
 

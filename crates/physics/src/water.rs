@@ -57,7 +57,7 @@ pub fn range() -> (f64, f64) {
 /// Temperatures outside 0..150 degC.
 ///
 /// ```
-/// # use crate::water::water;
+/// # use coldplate_physics::water::water;
 /// let state = water(293.15).unwrap();
 /// assert!((state.density / 998.2523 - 1.0).abs() < 1e-5); // IAPWS-95
 /// assert!(water(433.15).is_err());
@@ -126,7 +126,7 @@ const SATURATION: [f64; 10] = [
 /// Range: 273.15..647.096 K; `None` outside.
 ///
 /// ```
-/// # use crate::water::saturation_pressure;
+/// # use coldplate_physics::water::saturation_pressure;
 /// assert!((saturation_pressure(300.0).unwrap() - 3536.58941).abs() < 1e-5); // IAPWS-IF97, table 35
 /// ```
 pub fn saturation_pressure(temperature: f64) -> Option<f64> {
@@ -146,7 +146,7 @@ pub fn saturation_pressure(temperature: f64) -> Option<f64> {
 /// Range: 611.213 Pa..22.064 MPa; `None` outside.
 ///
 /// ```
-/// # use crate::water::saturation_temperature;
+/// # use coldplate_physics::water::saturation_temperature;
 /// assert!((saturation_temperature(1e5).unwrap() - 372.755919).abs() < 1e-6); // IAPWS-IF97, table 36
 /// ```
 pub fn saturation_temperature(pressure: f64) -> Option<f64> {

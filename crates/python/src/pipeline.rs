@@ -8,18 +8,19 @@ use coldplate_base::atomic_file;
 use coldplate_base::units::{Dimension, parse};
 use coldplate_diagnose::Problem as Diagnosed;
 use coldplate_evidence::given;
-use coldplate_evidence::identify::{Free, IdentifyOptions, Problem as Identified, identify_and_learn, write_machine};
+use coldplate_evidence::identify::{Free, IdentifyOptions, IdentifyProblem as Identified, identify_and_learn, write_machine};
 use coldplate_explore::schedule::{Schedule, ScheduleOptions};
 use coldplate_explore::simulate::record::HistoryRecord;
-use coldplate_explore::simulate::{self, History, SimulateOptions, Start, Subject};
+use coldplate_explore::simulate::{self, History, SimulateOptions, SimulatedMachine, Start};
 use coldplate_figures::chart::output::to_svg_string;
 use coldplate_findings::examine;
 use coldplate_jobs::fitting::{self, FitRecord};
 use coldplate_jobs::info::Info;
 use coldplate_jobs::reduced::{self, MadeRecord};
 use coldplate_jobs::sensitivity::Sensitivities;
-use coldplate_jobs::{adaptive, course};
-use coldplate_reduce::{Settings, reduce};
+use coldplate_jobs::adaptive;
+use coldplate_jobs::charts::history;
+use coldplate_reduce::{ReduceSettings, reduce};
 use coldplate_tables::Table;
 use pyo3::prelude::*;
 
@@ -30,7 +31,7 @@ use crate::work;
 /// Names and values with units.
 pub type Pairs = Vec<(String, String)>;
 
-/// Settings of a reduced model: whether open parameters vary, whether it keeps its field, most conditions solved in
+/// ReduceSettings of a reduced model: whether open parameters vary, whether it keeps its field, most conditions solved in
 /// full, number of training histories, seed.
 type Reduction = (bool, bool, usize, usize, u64);
 
@@ -133,7 +134,7 @@ impl Machine {
             let study = Study::read(&self.path, &self.sets, cells)?;
             let (with_parameters, with_field, most, histories, seed) = settings;
             let ranges = reduced::ranges(&study.model.machine.variables, vary, &ranges).map_err(|e| e.in_file(&self.path))?;
-            let settings = Settings { accuracy: kelvin, ranges, with_parameters, most, histories, with_field, seed };
+            let settings = ReduceSettings { accuracy: kelvin, ranges, with_parameters, most, histories, with_field, seed };
             let model = reduce(&study, &settings, heard)?;
             let bytes = model.to_bytes(study.document())?;
             let record = MadeRecord::of(&model, String::new(), bytes.len(), kelvin);
@@ -167,7 +168,7 @@ impl Machine {
             let history = simulate::run(&model, &read, &options, &mut |seen| {
                 heard.count((1e3 * (seen.state.time - read.start()) / whole) as usize, 1000, "thousandths of the time");
             })?;
-            told_of(&Subject::from(&model), &history, &schedule, began)
+            told_of(&SimulatedMachine::from(&model), &history, &schedule, began)
         })?;
         Ok((json(py, &record)?, given(py, table), figure))
     }
@@ -188,12 +189,12 @@ pub fn simulated(start: &str, within: &str, every: Option<&str>) -> coldplate::R
 
 /// A history as its record, its table and its figure.
 pub fn told_of(
-    subject: &Subject<'_>,
+    subject: &SimulatedMachine<'_>,
     history: &History,
     schedule: &Path,
     began: Instant,
 ) -> coldplate::Result<(HistoryRecord, Table, String)> {
-    let figure = course::figure(subject, history, vec![format!("schedule: {}", schedule.display())]);
+    let figure = history::figure(subject, history, vec![format!("schedule: {}", schedule.display())]);
     let record = history.record(subject, began.elapsed().as_secs_f64());
     Ok((record, history.table(subject)?, to_svg_string(&figure)?))
 }

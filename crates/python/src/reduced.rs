@@ -6,8 +6,8 @@ use std::time::Instant;
 use coldplate::{Condition, Error};
 use coldplate_base::units::{convert, express};
 use coldplate_explore::schedule::{Schedule, ScheduleOptions};
-use coldplate_explore::simulate::{self, Subject};
-use coldplate_jobs::reduced::{SteadyRecord, place};
+use coldplate_explore::simulate::{self, SimulatedMachine};
+use coldplate_jobs::reduced::ReducedSolution;
 use coldplate_reduce::ReducedModel;
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray2};
@@ -88,12 +88,7 @@ impl Reduced {
 
     /// The steady state at a condition, as JSON.
     fn solve(&self, py: Python<'_>, condition: Pairs) -> PyResult<String> {
-        let record = py.detach(|| {
-            let (condition, parameters) = place(&self.model, condition)?;
-            let began = Instant::now();
-            let answer = self.model.steady(&condition, &parameters)?;
-            Ok(SteadyRecord::of(&self.model, &answer, &condition, began.elapsed().as_secs_f64()))
-        });
+        let record = py.detach(|| ReducedSolution::at(&self.model, condition).map(|solution| solution.record()));
         json(py, &told(py, record)?)
     }
 
@@ -147,7 +142,7 @@ impl Reduced {
             let rows = ScheduleOptions { hold: false, repeat: 1, until: None };
             let read = Schedule::read(&schedule, &self.model.machine, &condition, rows)?;
             let history = simulate::run_reduced(&self.model, &read, &options)?;
-            told_of(&Subject::from(&self.model), &history, &schedule, began)
+            told_of(&SimulatedMachine::from(&self.model), &history, &schedule, began)
         })?;
         Ok((json(py, &record)?, given(py, table), figure))
     }

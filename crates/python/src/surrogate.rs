@@ -208,8 +208,9 @@ impl Surrogate {
         Ok(slopes.into_pyarray(py))
     }
 
-    /// Values, half widths of 95 % bands, verdicts (0 acceptable, 1 not, 2 uncertain), probabilities that all limits
-    /// are kept, margins, and whether each condition lies inside the fitted range.
+    /// Values, half widths of 95 % bands, verdicts, probabilities that all limits are kept, margins, and whether each
+    /// condition lies inside the fitted range. Verdicts are 0 acceptable, 1 not acceptable, 2 uncertain. These are not
+    /// the numbers of [`Acceptability`], which ascend with severity: 1 is uncertain there, and 2 not acceptable.
     fn assess<'py>(&self, py: Python<'py>, x: PyReadonlyArray2<'py, f64>, confidence: f64) -> PyResult<Assessed<'py>> {
         if !(confidence > 0.5 && confidence < 1.0) {
             return Err(wrong(py, "a confidence above 0.5 and below 1 is wanted, for example 0.95"));

@@ -17,10 +17,10 @@ def test_docstrings(name):
 
 
 def test_page():
-    text = pathlib.Path("docs/python.md").read_text(encoding="utf-8")
+    text = pathlib.Path("docs/how-to/python.md").read_text(encoding="utf-8")
     blocks = re.findall(r"```pycon\n(.*?)```", text, re.DOTALL)
     assert blocks
-    examples = doctest.DocTestParser().get_doctest("\n".join(blocks), {}, "docs/python.md", "docs/python.md", 0)
+    examples = doctest.DocTestParser().get_doctest("\n".join(blocks), {}, "docs/how-to/python.md", "docs/how-to/python.md", 0)
     runner = doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS)
     runner.run(examples)
     assert runner.failures == 0

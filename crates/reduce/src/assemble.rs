@@ -7,13 +7,13 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::conductors::{Conductor, End, conductors, ends};
-use super::cubature::{Sample, sample};
-use super::interpolation::{EXACT, Family};
-use super::network_parts::Split;
-use super::reduced_network::{Level, ReducedContact};
+use super::cubature::{Cubature, sample};
+use super::interpolation::{EXACT, OperatorFamily};
+use super::network_parts::NetworkParts;
+use super::reduced_network::{ReducedContact, ReducedNetwork};
 use super::stations::Groups;
 use coldplate_base::random::Random;
-use coldplate_network::{ContactFactors, HeatSource, Joint, Load, NONE, Network, Reach, SensorTerm, StreamState};
+use coldplate_network::{ContactFactors, EndInterpolation, HeatSource, Joint, Load, NONE, Network, SensorTerm, StreamState};
 use coldplate_solve::csr::dot;
 use coldplate_solve::entering_temperature;
 
@@ -38,7 +38,7 @@ const CUTOFF: f64 = 1e-7;
 pub struct Snapshot {
     /// Temperatures of the solids less those of the middle, K; zero at held nodes.
     pub rise: Vec<f64>,
-    /// The conductors of [`Split::rest`] at the temperatures of the middle.
+    /// The conductors of [`NetworkParts::rest`] at the temperatures of the middle.
     pub tangents: Vec<Conductor>,
     /// Deviation of each conductor's heat from its tangent, W.
     pub beyond: Vec<f64>,
@@ -51,7 +51,7 @@ pub struct Snapshot {
 }
 
 impl Snapshot {
-    /// Snapshot of a state of `network`, whose own split has the conductors `rest`; `center` are the temperatures of
+    /// Snapshot of a state of `network`, whose own parts have the conductors `rest`; `center` are the temperatures of
     /// the middle.
     pub fn of(network: &Network, rest: &Network, load: &Load, streams: &[StreamState], temperatures: &[f64], center: &[f64]) -> Self {
         let mut rise: Vec<f64> = temperatures[..network.solids].iter().zip(center).map(|(t, c)| t - c).collect();
@@ -81,7 +81,7 @@ pub struct Assembly<'a> {
     /// The full network and its parts.
     pub network: &'a Network,
     /// See `network`.
-    pub split: &'a Split,
+    pub parts: &'a NetworkParts,
     /// The load in the middle of the ranges.
     pub load: &'a Load,
     /// Temperatures of all nodes in the middle of the ranges, K.
@@ -103,10 +103,10 @@ pub struct Sampling {
 impl Assembly<'_> {
     /// The reduced network on these modes, trained on these states. The first `steady` states are steady: stations are put together
     /// by their losses alone, because over time less accuracy is wanted.
-    pub fn level(&self, modes: &[Vec<f64>], snapshots: &[Snapshot], steady: usize, sampling: Sampling) -> Level {
-        let (network, rest, n) = (self.network, &self.split.rest, modes.len());
+    pub fn level(&self, modes: &[Vec<f64>], snapshots: &[Snapshot], steady: usize, sampling: Sampling) -> ReducedNetwork {
+        let (network, rest, n) = (self.network, &self.parts.rest, modes.len());
         let ends = ends(rest);
-        let shapes = Shapes::of(self.split, modes, &ends);
+        let shapes = Shapes::of(self.parts, modes, &ends);
         let chosen = self.sample(&shapes, snapshots, sampling.tolerance);
         let emitting = emitting(&shapes, snapshots, EMITTED * sampling.tolerance);
         let mut tangents = self.tangents(&shapes, snapshots);
@@ -125,7 +125,7 @@ impl Assembly<'_> {
         let along = self.along(modes, &snapshots[..steady], &readings, sampling.together * self.accuracy);
         let (sampled, rows, center) = self.sampled(modes, &all, &along);
         let column = |wide: &[f64]| -> Vec<f64> {
-            let image = self.split.conduction(wide, self.load);
+            let image = self.parts.conduction(wide, self.load);
             modes.iter().map(|other| dot(other, &image[..network.solids])).collect()
         };
         let of_mode = |mode: &Vec<f64>| {
@@ -152,7 +152,7 @@ impl Assembly<'_> {
             contact.family.add(contact.usual.iter().copied(), &mut conduction);
         }
         let walls: Vec<usize> = sampled.streams.iter().flat_map(|s| s.stations.iter().map(|k| k.cells[0].0)).collect();
-        Level {
+        ReducedNetwork {
             center_held: self.load.fixed.clone(),
             conduction,
             capacity: self.capacity(modes),
@@ -176,7 +176,7 @@ impl Assembly<'_> {
     }
 
     /// Heats and slopes of the conductors at the temperatures of the middle, as families.
-    fn tangents(&self, shapes: &Shapes<'_>, snapshots: &[Snapshot]) -> [Family; 3] {
+    fn tangents(&self, shapes: &Shapes<'_>, snapshots: &[Snapshot]) -> [OperatorFamily; 3] {
         let (modes, ends) = (shapes.modes, shapes.ends);
         let count = ends.len();
         let left = |e: usize| DVector::from_fn(modes.len(), |i, _| shapes.at(i, e));
@@ -198,9 +198,9 @@ impl Assembly<'_> {
             sum
         };
         [
-            Family::new(&samples(|c| c.heat), EXACT, heats),
-            Family::new(&samples(|c| c.slope_a), EXACT, slopes(0)),
-            Family::new(&samples(|c| c.slope_b), EXACT, slopes(1)),
+            OperatorFamily::new(&samples(|c| c.heat), EXACT, heats),
+            OperatorFamily::new(&samples(|c| c.slope_a), EXACT, slopes(0)),
+            OperatorFamily::new(&samples(|c| c.slope_b), EXACT, slopes(1)),
         ]
     }
 
@@ -242,7 +242,7 @@ impl Assembly<'_> {
             if wide.iter().all(|v| *v == 0.0) {
                 return DVector::zeros(modes.len());
             }
-            let image = self.split.conduction(&wide, self.load);
+            let image = self.parts.conduction(&wide, self.load);
             DVector::from_iterator(modes.len(), modes.iter().map(|m| dot(m, &image[..m.len()])))
         };
         let columns: Vec<DVector<f64>> = (0..self.load.fixed.len() as u32).map(column).collect();
@@ -250,7 +250,7 @@ impl Assembly<'_> {
     }
 
     fn sources(&self, modes: &[Vec<f64>]) -> DMatrix<f64> {
-        let sources = &self.split.sources;
+        let sources = &self.parts.sources;
         let share = |i: usize, s: usize| sources[s].shares.iter().map(|(node, share)| share * modes[i][*node as usize]).sum();
         DMatrix::from_fn(modes.len(), sources.len(), share)
     }
@@ -270,11 +270,11 @@ impl Assembly<'_> {
                 }
                 sum
             };
-            let family = Family::new(&conductances(self.network, *contact, joints), EXACT, operator);
+            let family = OperatorFamily::new(&conductances(self.network, *contact, joints), EXACT, operator);
             let joints = family.points.iter().map(|p| Joint { reach: [NONE; 2], ..joints[*p] }).collect();
             ReducedContact { joints, usual: Vec::new(), family }
         };
-        self.split.contacts.par_iter().map(one).collect()
+        self.parts.contacts.par_iter().map(one).collect()
     }
 
     /// Modes in the readings, and the readings' part from the solids' temperatures of the middle, K.
@@ -291,10 +291,10 @@ impl Assembly<'_> {
     }
 
     /// Sample of the conductors; emitting nodes are not among them.
-    fn sample(&self, shapes: &Shapes<'_>, snapshots: &[Snapshot], tolerance: f64) -> Sample {
+    fn sample(&self, shapes: &Shapes<'_>, snapshots: &[Snapshot], tolerance: f64) -> Cubature {
         let (modes, ends) = (shapes.modes, shapes.ends);
         if ends.is_empty() || modes.is_empty() {
-            return Sample::default();
+            return Cubature::default();
         }
         // Heats of all states as combinations of few directions.
         let (count, states) = (ends.len(), snapshots.len());
@@ -314,7 +314,7 @@ impl Assembly<'_> {
         let equations = modes.len() * kept.len();
         // If only enclosures are nonlinear, nothing is left to sample.
         if equations == 0 {
-            return Sample::default();
+            return Cubature::default();
         }
         // If there are very many conductors, a random part of them are candidates; the goal still counts all.
         let mut candidates: Vec<usize> = (0..count).filter(|e| !shapes.emitting.contains(e)).collect();
@@ -344,7 +344,7 @@ impl Assembly<'_> {
 
     /// The network of the chosen conductors, the channels' walls and the water, and the modes at its solid nodes.
     fn sampled(&self, modes: &[Vec<f64>], chosen: &[usize], along: &[Groups]) -> (Network, DMatrix<f64>, DVector<f64>) {
-        let rest = &self.split.rest;
+        let rest = &self.parts.rest;
         let mut nodes = Nodes { from: Vec::new(), to: HashMap::new() };
         let mut own = Network {
             properties: rest.properties.clone(),
@@ -357,37 +357,7 @@ impl Assembly<'_> {
             ..Network::default()
         };
         own.contacts.iter_mut().for_each(|group| group.joints = 0..0);
-        let (joints, radiative) = (rest.surfaces.len(), rest.surfaces.len() + rest.joints.len());
-        let shares = radiative + rest.radiative.len();
-        for c in chosen.iter().copied() {
-            if c < joints {
-                let surface = rest.surfaces[c];
-                own.surfaces.push(coldplate_network::Surface { node: nodes.of(surface.node), ..surface });
-            } else if c < radiative {
-                let joint = rest.joints[c - joints];
-                let reach = joint.reach.map(|r| match rest.reaches.get(r as usize) {
-                    Some(reach) => {
-                        own.reaches.push(Reach { nodes: reach.nodes.map(|n| nodes.of(n)), shares: reach.shares });
-                        own.reaches.len() as u32 - 1
-                    }
-                    None => NONE,
-                });
-                own.joints.push(Joint { a: nodes.of(joint.a), b: nodes.of(joint.b), reach, ..joint });
-            } else if c < shares {
-                let (a, b, area) = rest.radiative[c - radiative];
-                own.radiative.push((nodes.of(a), if b == NONE { NONE } else { nodes.of(b) }, area));
-            } else {
-                let mut left = c - shares;
-                for (s, source) in rest.sources.iter().enumerate() {
-                    if left < source.shares.len() {
-                        let (node, share) = source.shares[left];
-                        own.sources[s].shares.push((nodes.of(node), share));
-                        break;
-                    }
-                    left -= source.shares.len();
-                }
-            }
-        }
+        keep(&mut own, rest, &mut nodes, chosen);
         // Held nodes that sensors read are kept too.
         let held: HashMap<u32, u32> = rest.fixed.iter().copied().collect();
         for (node, _) in rest.sensors.iter().flat_map(|s| &s.weights) {
@@ -432,6 +402,41 @@ impl Assembly<'_> {
     }
 }
 
+/// Adds the chosen conductors of a network to its sampled one.
+fn keep(own: &mut Network, rest: &Network, nodes: &mut Nodes, chosen: &[usize]) {
+    let (joints, radiative) = (rest.surfaces.len(), rest.surfaces.len() + rest.joints.len());
+    let shares = radiative + rest.radiative.len();
+    for c in chosen.iter().copied() {
+        if c < joints {
+            let surface = rest.surfaces[c];
+            own.surfaces.push(coldplate_network::Surface { node: nodes.of(surface.node), ..surface });
+        } else if c < radiative {
+            let joint = rest.joints[c - joints];
+            let reach = joint.reach.map(|r| match rest.reaches.get(r as usize) {
+                Some(reach) => {
+                    own.reaches.push(EndInterpolation { nodes: reach.nodes.map(|n| nodes.of(n)), shares: reach.shares });
+                    own.reaches.len() as u32 - 1
+                }
+                None => NONE,
+            });
+            own.joints.push(Joint { a: nodes.of(joint.a), b: nodes.of(joint.b), reach, ..joint });
+        } else if c < shares {
+            let (a, b, area) = rest.radiative[c - radiative];
+            own.radiative.push((nodes.of(a), if b == NONE { NONE } else { nodes.of(b) }, area));
+        } else {
+            let mut left = c - shares;
+            for (s, source) in rest.sources.iter().enumerate() {
+                if left < source.shares.len() {
+                    let (node, share) = source.shares[left];
+                    own.sources[s].shares.push((nodes.of(node), share));
+                    break;
+                }
+                left -= source.shares.len();
+            }
+        }
+    }
+}
+
 /// Projection of each conductor's heat on the modes: mode at the first end less mode at the second.
 struct Shapes<'a> {
     modes: &'a [Vec<f64>],
@@ -443,15 +448,15 @@ struct Shapes<'a> {
 }
 
 impl<'a> Shapes<'a> {
-    fn of(split: &Split, modes: &'a [Vec<f64>], ends: &'a [[End; 2]]) -> Self {
-        let rest = &split.rest;
-        let links = rest.radiative.len() - split.reached.len();
+    fn of(parts: &NetworkParts, modes: &'a [Vec<f64>], ends: &'a [[End; 2]]) -> Self {
+        let rest = &parts.rest;
+        let links = rest.radiative.len() - parts.reached.len();
         let first = rest.surfaces.len() + rest.joints.len() + links;
         let emitted = |e: usize, i: usize| {
             let own = modes[i][rest.radiative[links + e].0 as usize];
-            split.reached[e].iter().map(|(other, area)| area * (own - modes[i][*other as usize])).sum::<f64>()
+            parts.reached[e].iter().map(|(other, area)| area * (own - modes[i][*other as usize])).sum::<f64>()
         };
-        let emitting = first..first + split.reached.len();
+        let emitting = first..first + parts.reached.len();
         Self { modes, ends, emitted: DMatrix::from_fn(emitting.len(), modes.len(), emitted), emitting }
     }
 
@@ -467,12 +472,12 @@ impl<'a> Shapes<'a> {
 
 /// Heat that nodes emit beyond its tangent, as a family of conductors. A sample with non-negative weights would not do: one node's
 /// heat reaches many others, and only all nodes together show that nothing is exchanged between equally warm ones.
-fn emitting(shapes: &Shapes<'_>, snapshots: &[Snapshot], cutoff: f64) -> Family {
+fn emitting(shapes: &Shapes<'_>, snapshots: &[Snapshot], cutoff: f64) -> OperatorFamily {
     let Shapes { emitted, emitting, .. } = shapes;
     let beyond = DMatrix::from_fn(emitting.len(), snapshots.len(), |e, k| snapshots[k].beyond[emitting.start + e]);
     let pattern =
         |weights: &[f64]| DMatrix::from_column_slice(emitted.ncols(), 1, emitted.tr_mul(&DVector::from_column_slice(weights)).as_slice());
-    let mut family = Family::new(&beyond, cutoff, pattern);
+    let mut family = OperatorFamily::new(&beyond, cutoff, pattern);
     family.points.iter_mut().for_each(|p| *p += emitting.start);
     family
 }

@@ -8,7 +8,7 @@ use coldplate_solve::csr::dot;
 
 /// Modes in the order of their energy, the largest first.
 #[derive(Debug, Clone)]
-pub struct Basis {
+pub struct ModeBasis {
     /// Modes at all solid nodes, K, of norm one: a vector per mode.
     pub modes: Vec<Vec<f64>>,
 }
@@ -17,7 +17,7 @@ pub struct Basis {
 /// double precision, since eigenvalues are squares of amplitudes.
 const ROUNDING: f64 = 1e-8;
 
-impl Basis {
+impl ModeBasis {
     /// At most `most` modes of states, which are differences from one reference state (K; zero at held nodes).
     pub fn of(states: &[Vec<f64>], energy: &Symmetric<'_>, most: usize) -> Self {
         let image = |x: &Vec<f64>| {

@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::assemble::{Assembly, Snapshot};
-use super::interpolation::Family;
+use super::interpolation::OperatorFamily;
 use super::stations::Groups;
 use coldplate_network::Stream;
 use coldplate_network::mesh::path::Station;
@@ -79,7 +79,7 @@ impl Assembly<'_> {
 
     /// Heat moved around the channel: within the ring of cells of a group it depends on each cell's temperature, not on their
     /// mean.
-    pub(super) fn rings(&self, modes: &[Vec<f64>], snapshots: &[Snapshot], along: &[Groups]) -> Family {
+    pub(super) fn rings(&self, modes: &[Vec<f64>], snapshots: &[Snapshot], along: &[Groups]) -> OperatorFamily {
         let n = modes.len();
         let of_groups = columns(snapshots, |shot| by_group(shot, along, |exchange, _| exchange));
         let of_stations = columns(snapshots, |shot| shot.streams.iter().flat_map(|state| &state.exchange).copied().collect());
@@ -101,11 +101,11 @@ impl Assembly<'_> {
             }
             sum
         };
-        Family::told(&of_groups, &of_stations, RINGS * self.accuracy, operator)
+        OperatorFamily::told(&of_groups, &of_stations, RINGS * self.accuracy, operator)
     }
 
     /// Heat that the water brings, within a group of stations, from walls further up to those further down.
-    pub(super) fn drifts(&self, modes: &[Vec<f64>], snapshots: &[Snapshot], along: &[Groups]) -> Family {
+    pub(super) fn drifts(&self, modes: &[Vec<f64>], snapshots: &[Snapshot], along: &[Groups]) -> OperatorFamily {
         let n = modes.len();
         let carried = |exchange: f64, rate: f64| if rate > 0.0 { exchange * exchange / rate } else { 0.0 };
         let samples = columns(snapshots, |shot| by_group(shot, along, carried));
@@ -129,7 +129,7 @@ impl Assembly<'_> {
             }
             sum
         };
-        Family::new(&samples, DRIFTS * self.accuracy, operator)
+        OperatorFamily::new(&samples, DRIFTS * self.accuracy, operator)
     }
 
     /// Rise of the modes and of the temperatures of the middle along each group of stations, and the length along which its

@@ -38,7 +38,8 @@ pub struct End {
 /// End outside the network.
 const OUT: End = End { node: NONE, reach: NONE };
 
-/// The two ends of every conductor: open faces, joints, radiative conductors (with one end: what a node emits), shares of sources.
+/// The two ends of every conductor: open faces, joints, radiative conductors (with one end: the emission of a node), shares of
+/// sources.
 pub fn ends(network: &Network) -> Vec<[End; 2]> {
     let at = |node: u32| End { node, reach: NONE };
     let surfaces = network.surfaces.iter().map(|s| [at(s.node), OUT]);

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 /// Chosen conductors and their weights.
 #[derive(Debug, Clone, Default)]
-pub struct Sample {
+pub struct Cubature {
     /// Indices of the chosen conductors.
     pub chosen: Vec<usize>,
     /// Weight of each.
@@ -21,10 +21,10 @@ pub struct Sample {
 /// Chooses at most `most` columns of `forces` (a row per training equation, a column per conductor) and their weights. The residual is
 /// at most `tolerance` times the norm of `goal`, the sum of all columns, including those that are no candidates, unless `most` is
 /// reached before.
-pub fn sample(forces: &DMatrix<f64>, goal: &DVector<f64>, tolerance: f64, most: usize) -> Sample {
+pub fn sample(forces: &DMatrix<f64>, goal: &DVector<f64>, tolerance: f64, most: usize) -> Cubature {
     let scale = goal.norm();
     if scale == 0.0 || forces.ncols() == 0 {
-        return Sample::default();
+        return Cubature::default();
     }
     let norms: Vec<f64> = forces.column_iter().map(|c| c.norm().max(1e-300)).collect();
     let mut fit = Fit::default();
@@ -51,7 +51,7 @@ pub fn sample(forces: &DMatrix<f64>, goal: &DVector<f64>, tolerance: f64, most: 
             break;
         }
     }
-    Sample { chosen: fit.chosen, weights: fit.weights }
+    Cubature { chosen: fit.chosen, weights: fit.weights }
 }
 
 /// Normal equations of the columns chosen so far.

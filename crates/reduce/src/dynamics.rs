@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use super::conductors::conductors;
 use super::model::ReducedModel;
-use super::reduced_network::{Level, Reduced, follow};
+use super::reduced_network::{ReducedNetwork, ReducedState, follow};
 use coldplate_base::error::{Error, Result};
 use coldplate_describe::machine::Condition;
 use coldplate_network::Load;
@@ -51,7 +51,7 @@ pub struct Slow {
 
 /// The dynamics at a condition, in amplitudes.
 struct Linear {
-    state: Reduced,
+    state: ReducedState,
     jacobian: DMatrix<f64>,
     /// Derivatives of the readings with respect to the amplitudes, water included, which follows the walls: sensors x
     /// n.
@@ -117,14 +117,14 @@ impl ReducedModel {
     }
 
     /// Mean temperature of the sampled solids, K.
-    fn temperature_of(&self, state: &Reduced) -> f64 {
+    fn temperature_of(&self, state: &ReducedState) -> f64 {
         let solids = &state.temperatures[..self.fine.network.solids];
         solids.iter().sum::<f64>() / solids.len().max(1) as f64
     }
 }
 
 /// Responses to steps from each condition to the next, and from one temperature everywhere to each: amplitudes as columns.
-fn responses(level: &Level, linear: &[Linear], even: &DVector<f64>, slowest: f64) -> Result<DMatrix<f64>> {
+fn responses(level: &ReducedNetwork, linear: &[Linear], even: &DVector<f64>, slowest: f64) -> Result<DMatrix<f64>> {
     let by = &linear[..linear.len().min(CHOSEN_BY)];
     let ratio = (slowest / QUICKEST).max(2.0);
     let of = |(k, own): (usize, &Linear)| -> Result<Vec<DVector<f64>>> {
@@ -146,7 +146,7 @@ fn responses(level: &Level, linear: &[Linear], even: &DVector<f64>, slowest: f64
 }
 
 /// Span of the largest responses, weighted by the sensors and by the stored heat: n x states.
-fn span(level: &Level, outputs: &DMatrix<f64>, responses: &DMatrix<f64>, states: usize) -> Result<DMatrix<f64>> {
+fn span(level: &ReducedNetwork, outputs: &DMatrix<f64>, responses: &DMatrix<f64>, states: usize) -> Result<DMatrix<f64>> {
     let total = level.stored.column(0).iter().map(|v| v.abs()).sum::<f64>().max(f64::MIN_POSITIVE);
     let seen = outputs.tr_mul(outputs) / outputs.nrows().max(1) as f64 + &level.capacity / total;
     let singular = || Error::numerics("nothing sees the modes of this reduced model");

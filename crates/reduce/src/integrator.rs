@@ -6,14 +6,15 @@ use std::rc::Rc;
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 
 use super::conductors::conductors;
-use super::reduced_network::{Given, Level, Reduced};
+use super::reduced_network::{ConstantTerms, ReducedNetwork, ReducedState};
 use super::water::Along;
 use coldplate_base::error::{Error, Result, Stop};
 use coldplate_network::mesh::path::Station;
 use coldplate_network::{Load, Network, SensorTerm};
 use coldplate_solve::transient::parcels::Parcels;
+use coldplate_solve::transient::tr_bdf2::{EARLIER, GAMMA, LOCAL_ERROR, OWN, parabola};
 use coldplate_solve::transient::water::{Streams, inflows, residence};
-use coldplate_solve::transient::{EARLIER, GAMMA, LOCAL_ERROR, OWN, even_water, parabola, steady_water};
+use coldplate_solve::transient::{even_water, steady_water};
 
 /// Most steps of the iteration within a stage, a count. Chosen: a stage that needs more is cheaper with a shorter
 /// time step.
@@ -60,7 +61,7 @@ impl Factors {
 /// A load with the parts of the equations that depend on it alone.
 struct Now {
     load: Load,
-    given: Given,
+    given: ConstantTerms,
 }
 
 /// A stage: M (a - start) + earlier + own R(a) = heat from the water along walls at the effective amplitudes.
@@ -119,7 +120,7 @@ type LoadAt<'l> = dyn Fn(f64) -> Result<Load> + 'l;
 
 /// State of a reduced network at one instant of a run.
 pub struct Motion<'a> {
-    level: &'a Level,
+    level: &'a ReducedNetwork,
     network: &'a Network,
     /// Error allowed in a step, K.
     tolerance: f64,
@@ -151,22 +152,35 @@ pub struct Motion<'a> {
 
 impl<'a> Motion<'a> {
     /// A run that begins in a steady state at `time` (s).
-    pub fn from_steady(level: &'a Level, load: &Load, state: Reduced, time: f64, tolerance: f64) -> Self {
+    pub fn from_steady(level: &'a ReducedNetwork, load: &Load, state: ReducedState, time: f64, tolerance: f64) -> Self {
         let water = steady_water(&level.network, load, &state.streams, &state.temperatures);
-        Self::new(level, (state.amplitudes, state.temperatures, water), time, tolerance)
+        Self::new(level, state.amplitudes, state.temperatures, water, time, tolerance)
     }
 
     /// A run that begins with one temperature (K) everywhere; `amplitudes` are those of that temperature.
-    pub fn from_uniform(level: &'a Level, load: &Load, amplitudes: DVector<f64>, temperature: f64, time: f64, tolerance: f64) -> Self {
+    pub fn from_uniform(
+        level: &'a ReducedNetwork,
+        load: &Load,
+        amplitudes: DVector<f64>,
+        temperature: f64,
+        time: f64,
+        tolerance: f64,
+    ) -> Self {
         let network = &level.network;
         let still = vec![temperature; network.nodes];
         let temperatures = level.temperatures(network, load, &amplitudes, Some(&still));
-        Self::new(level, (amplitudes, temperatures, even_water(network, temperature)), time, tolerance)
+        Self::new(level, amplitudes, temperatures, even_water(network, temperature), time, tolerance)
     }
 
     /// A run that begins with these amplitudes, the temperatures that follow from them, and the water in the streams.
-    fn new(level: &'a Level, start: (DVector<f64>, Vec<f64>, Vec<Parcels>), time: f64, tolerance: f64) -> Self {
-        let (amplitudes, temperatures, water) = start;
+    fn new(
+        level: &'a ReducedNetwork,
+        amplitudes: DVector<f64>,
+        temperatures: Vec<f64>,
+        water: Vec<Parcels>,
+        time: f64,
+        tolerance: f64,
+    ) -> Self {
         Self {
             level,
             network: &level.network,

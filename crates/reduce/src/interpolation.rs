@@ -17,7 +17,7 @@ const MOST: usize = 64;
 
 /// Operators whose coefficients all follow from a few evaluated ones.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct Family {
+pub struct OperatorFamily {
     /// The coefficients that are evaluated.
     pub points: Vec<usize>,
     /// The operator that each evaluated coefficient multiplies; single precision suffices, and halves the bytes to
@@ -25,7 +25,7 @@ pub struct Family {
     operators: Vec<DMatrix<f32>>,
 }
 
-impl Family {
+impl OperatorFamily {
     /// A family from sampled coefficients (a row per member, a column per state). `operator` sums the members' operators with given
     /// weights. Coefficients that differ from a combination of the evaluated ones by less than `cutoff` of the largest are not evaluated.
     pub fn new(samples: &DMatrix<f64>, cutoff: f64, operator: impl Fn(&[f64]) -> DMatrix<f64> + Sync) -> Self {
@@ -71,7 +71,7 @@ impl Family {
         (self.operators.is_empty() || self.operators.len() == self.points.len()) && self.operators.iter().all(|o| o.shape() == shape)
     }
 
-    /// Adds the operator at the coefficients of [`Family::points`].
+    /// Adds the operator at the coefficients of [`OperatorFamily::points`].
     pub fn add(&self, coefficients: impl Iterator<Item = f64>, to: &mut DMatrix<f64>) {
         for (operator, c) in self.operators.iter().zip(coefficients) {
             // Slices, because the compiler does not vectorise the sum of two matrices entry by entry.

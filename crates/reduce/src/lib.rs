@@ -6,16 +6,17 @@
 
 mod assemble;
 mod basis;
-mod cell_fields;
+mod calibration;
 mod channel_walls;
 mod conductors;
 mod cubature;
 mod dynamics;
+mod fields;
+mod growth;
 mod integrator;
 mod interpolation;
 mod make;
 mod model;
-mod modes_field;
 mod network_parts;
 mod on_demand;
 mod reduced_network;
@@ -27,16 +28,16 @@ mod stored;
 mod training_runs;
 mod water;
 
-pub use cell_fields::Guess;
 pub use dynamics::{Slow, SlowSample};
+pub use fields::ModeField;
+pub use growth::Guess;
 pub use integrator::Path;
-pub use make::{Settings, reduce};
-pub use model::{Answer, InTime, Made, ReducedModel};
-pub use modes_field::Field;
+pub use make::{ReduceSettings, reduce};
+pub use model::{HistoryBound, Made, ReducedAnswer, ReducedModel};
 pub use on_demand::{Asked, Guesses, InFull, answers};
-pub use reduced_network::{Level, Reduced};
-pub use run::{Beginning, Course, Stretch};
-pub use sensitivity::{Slopes, Spread, Spreads};
+pub use reduced_network::{ReducedNetwork, ReducedState};
+pub use run::{Beginning, ConditionStretch, ReducedHistory};
+pub use sensitivity::{ReadingSpread, Slopes, Spreads};
 
 /// Hash of the sources of this crate and of the lock file it was built with.
 pub const SOURCES: &str = env!("COLDPLATE_SOURCES");

@@ -5,39 +5,33 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use super::assemble::Snapshot;
-use super::basis::Basis;
-use super::cell_fields::Guess;
-use super::model::{Answer, Made, ReducedModel};
-use super::modes_field::Field;
-use super::reference::{COARSE, Calibrated, Ground, SAMPLING};
-use super::training_runs::{Plan, Run, calibrated};
+use super::basis::ModeBasis;
+use super::calibration::{Calibration, ComparedAnswer, LEAST_MARGIN};
+use super::fields::ModeField;
+use super::growth::{AIM, BasisGrowth, FIRST, Grown, Guess, ROUND};
+use super::model::{Made, ReducedAnswer, ReducedModel};
+use super::reference::{COARSE, ReferenceNetwork, SAMPLING};
+use super::training_runs::{HistoryPlan, TrainingRun, calibrated};
 use coldplate_base::error::{Error, Result};
 use coldplate_base::progress::{Progress, Silent};
 use coldplate_base::random::Random;
 use coldplate_describe::machine::Condition;
 use coldplate_network::{Load, Network};
-use coldplate_solve::Solver;
-use coldplate_solve::sensitivity::{OpenParameter, Study};
+use coldplate_solve::sensitivity::OpenParameter;
+use coldplate_solve::study::Study;
+use coldplate_solve::{Solver, SteadySettings};
 
-/// Number of conditions solved in full before the first reduced model: `FIRST.0 + FIRST.1` · axes. Chosen: fewer make
-/// the first bound a poor guide to the next conditions, more may be wasted.
-const FIRST: (usize, usize) = (16, 4);
 /// Fewest conditions that a model is made of, a count. Chosen: fewer leave too few modes for a bound.
 const LEAST: usize = 8;
 /// Number of random conditions that the next ones to be solved are taken from. Chosen: more find worse places, each
 /// costs an answer of the reduced model a round.
 const POOL: usize = 192;
-/// Number of conditions solved in each round. Chosen: fewer are placed better, more use the cores better.
-const ROUND: usize = 8;
 /// Number of random conditions, solved in full, that the bound is calibrated on. Chosen: each costs a full solve,
 /// fewer may miss the worst reading.
 const CHECKS: usize = 60;
 /// Number of further random conditions at which the calibrated bound must keep the accuracy too. Chosen: they cost an
 /// answer of the reduced model each, no full solve.
 const UNSEEN: usize = 512;
-/// Share of the accuracy that the bounds with the least margin must keep while conditions are added. Chosen below one,
-/// because the calibrated margin is larger and untried conditions may be worse.
-const AIM: f64 = 0.4;
 /// Factor on the aim, dimensionless, beyond the ratio of accuracy to largest bound, if the calibrated bound misses
 /// the accuracy. Chosen: smaller needs fewer attempts, larger fewer solves.
 const FURTHER: f64 = 0.8;
@@ -52,7 +46,7 @@ const HISTORIES: u64 = 0x7131;
 
 /// Settings of a reduced model that is to be made.
 #[derive(Debug, Clone)]
-pub struct Settings {
+pub struct ReduceSettings {
     /// Largest bound wanted on any reading, K.
     pub accuracy: f64,
     /// Range of each variable of the machine, SI; both ends equal where it is held.
@@ -70,10 +64,57 @@ pub struct Settings {
 }
 
 /// A condition with values of the parameters.
-#[derive(Debug, Clone)]
 struct Place {
     condition: Condition,
     parameters: Vec<f64>,
+}
+
+impl Place {
+    /// Answer of a model.
+    fn steady(&self, model: &ReducedModel) -> Result<ReducedAnswer> {
+        model.steady(&self.condition, &self.parameters)
+    }
+}
+
+/// Space that conditions are drawn from.
+#[derive(Clone, Copy)]
+struct Space<'a> {
+    /// Range of each variable of the machine, SI.
+    ranges: &'a [(f64, f64)],
+    parameters: &'a [OpenParameter],
+}
+
+impl Space<'_> {
+    /// Number of variables that have a width, and of parameters.
+    fn axes(&self) -> usize {
+        self.ranges.iter().filter(|(low, high)| high > low).count() + self.parameters.len()
+    }
+
+    /// Checks that something varies and that enough conditions may be solved in full.
+    fn check(&self, most: usize) -> Result<()> {
+        if self.axes() == 0 {
+            return Err(Error::input("nothing varies: no variable has a range")
+                .help("state one, for example --range coolant_flow=\"2 L/min .. 18 L/min\""));
+        }
+        if most < LEAST {
+            let error = Error::input(format!("at least {LEAST} conditions must be solved in full")).at_key("--max-runs").read(most);
+            return Err(error.help("leave it out, or allow more"));
+        }
+        Ok(())
+    }
+
+    /// The place at shares of the widths, each 0 to 1, in the order of the axes.
+    fn place(&self, mut share: impl FnMut() -> f64) -> Place {
+        let mut value = |low: f64, high: f64| low + share() * (high - low);
+        let si = self.ranges.iter().map(|(low, high)| if high > low { value(*low, *high) } else { *low }).collect();
+        let parameters = self.parameters.iter().map(|p| value(p.low, p.high)).collect();
+        Place { condition: Condition::from_si(si), parameters }
+    }
+
+    /// Random places.
+    fn draw(&self, count: usize, random: &mut Random) -> Vec<Place> {
+        (0..count).map(|_| self.place(|| random.unit())).collect()
+    }
 }
 
 /// Makes a reduced model of a machine.
@@ -81,175 +122,79 @@ struct Place {
 /// # Errors
 /// Nothing varies, or too few conditions may be solved; a full solve fails in the middle of the ranges, or at most conditions;
 /// the reduced model finds no steady state at most conditions of the calibration.
-pub fn reduce(study: &Study, settings: &Settings, progress: &dyn Progress) -> Result<ReducedModel> {
+pub fn reduce(study: &Study, settings: &ReduceSettings, progress: &dyn Progress) -> Result<ReducedModel> {
     let (machine, network) = (&study.model.machine, &study.model.network);
     let clock = Instant::now();
     let open = if settings.with_parameters { study.open_parameters(true)? } else { Vec::new() };
     let (parameters, left_out): (Vec<OpenParameter>, Vec<OpenParameter>) = open.into_iter().partition(OpenParameter::is_direct);
-    let offline = Offline { study, ranges: &settings.ranges, parameters: &parameters };
-    if offline.axes() == 0 {
-        return Err(Error::input("nothing varies: no variable has a range")
-            .help("state one, for example --range coolant_flow=\"2 L/min .. 18 L/min\""));
-    }
-    if settings.most < LEAST {
-        let error = Error::input(format!("at least {LEAST} conditions must be solved in full")).at_key("--max-runs").read(settings.most);
-        return Err(error.help("leave it out, or allow more"));
-    }
-    let middle = offline.place(&vec![0.5; offline.axes()]);
-    let load = Load::at(machine, &middle.condition)?;
-    let solver = study.model.solver_heard(&middle.condition, progress)?;
+    let space = Space { ranges: &settings.ranges, parameters: &parameters };
+    space.check(settings.most)?;
+    let middle = space.place(|| 0.5).condition;
+    let load = Load::at(machine, &middle)?;
+    let solver = study.model.solver_heard(&middle, progress)?;
     let center = solver.steady(&load)?;
-    let ground = Ground::new(machine, network, load, center, settings.accuracy);
-    let full = |place: &Place, known: Option<&Grown>| offline.full(place, known, &solver, &ground);
+    let reference = ReferenceNetwork::new(machine, network, load, center, settings.accuracy);
+    let offline = Offline { study, settings, space, solver: &solver, reference: &reference };
     let mut random = Random::new(settings.seed);
-    let mut draw = |count: usize| -> Vec<Place> {
-        (0..count).map(|_| offline.place(&(0..offline.axes()).map(|_| random.unit()).collect::<Vec<_>>())).collect()
+    let first = (FIRST.0 + FIRST.1 * space.axes()).min(settings.most);
+    let [places, checks, unseen] = [first + POOL, CHECKS, UNSEEN].map(|count| space.draw(count, &mut random));
+    let steady = |model: &ReducedModel, at: usize| places[at].steady(model);
+    let round = |solved: usize, open: usize, _: usize| if solved + ROUND <= settings.most && open >= ROUND { ROUND } else { 0 };
+    let mut solve = |at: &[usize], known: Option<&Grown>| -> Result<Vec<Snapshot>> {
+        Ok(at.par_iter().filter_map(|at| offline.full(&places[*at], known).ok()).collect())
     };
-    let first = draw((FIRST.0 + FIRST.1 * offline.axes()).min(settings.most));
-    let left_out = left_out.into_iter().map(|p| p.name).collect();
-    let mut growth =
-        Growth { ground: &ground, settings, parameters: &parameters, left_out, pool: draw(POOL), snapshots: Vec::new(), failed: 0 };
-    let places = draw(CHECKS);
-    let unseen = draw(UNSEEN);
-    progress.at(&format!("solving {} conditions in full", first.len()));
-    growth.take(&first, None, &full);
+    let mut growth = BasisGrowth {
+        reference: &reference,
+        ranges: &settings.ranges,
+        parameters: parameters.clone(),
+        left_out: left_out.into_iter().map(|p| p.name).collect(),
+        steady: &steady,
+        round: &round,
+        margin: LEAST_MARGIN,
+        open: (0..places.len()).collect(),
+        snapshots: Vec::new(),
+        failed: 0,
+        worst: 0.0,
+    };
+    progress.at(&format!("solving {first} conditions in full"));
+    growth.add(&(0..first).collect::<Vec<_>>(), None, &mut solve)?;
     let mut aim = AIM * settings.accuracy;
-    let mut grown = growth.until(aim, &full, progress)?;
-    let past = if settings.histories == 0 {
-        None
-    } else {
-        Some(Past::run(&offline, &ground, settings, grown.model.fine.slowest(&Load::at(machine, &middle.condition)?)?, progress)?)
+    let mut grown = growth.until(growth.grown()?, aim, &mut solve, progress)?;
+    let past = match settings.histories {
+        0 => None,
+        _ => Some(Past::run(&offline, grown.model.fine.slowest(&Load::at(machine, &middle)?)?, progress)?),
     };
     progress.at(&format!("solving {CHECKS} further conditions in full to compare with"));
-    let truths: Vec<(&Place, Snapshot)> = places.par_iter().filter_map(|place| Some((place, full(place, Some(&grown)).ok()?))).collect();
+    let truths: Vec<(&Place, Snapshot)> =
+        checks.par_iter().filter_map(|place| Some((place, offline.full(place, Some(&grown)).ok()?))).collect();
     let mut attempts = ATTEMPTS;
-    loop {
-        let (model, modes) = match &past {
-            None => (grown.model, grown.basis.modes),
-            Some(past) => past.added(&ground, grown.model, grown.basis, &growth.snapshots, progress),
+    let model = loop {
+        let all = match &past {
+            None => grown,
+            Some(past) => past.added(&reference, grown, &growth.snapshots, progress),
         };
-        let mut field = settings.with_field.then(|| Field::of(&modes, &ground.center()[..network.solids], study.model.mesh.element_size));
-        let compared = compared(&model, &truths)?;
-        if let Some(field) = &mut field {
-            let apart = |((_, truth), own): (&(&Place, Snapshot), &Option<Compared>)| {
-                own.as_ref().map(|(_, answer)| field.apart(&truth.rise, answer.state.amplitudes.iter().copied()))
-            };
-            field.largest_error = truths.iter().zip(&compared).filter_map(apart).fold(0.0, f64::max);
-        }
-        let compared: Vec<Compared> = compared.into_iter().flatten().collect();
-        let found = Calibrated::at(&compared);
-        let model = ReducedModel { margin: found.margin, floor: found.floor, ..model };
-        let widest = |answer: &Answer| model.bounds(&answer.readings, &answer.finer).into_iter().fold(0.0, f64::max);
-        let at_checks = compared.iter().map(|(_, answer)| widest(answer)).fold(0.0, f64::max);
-        let bound = |place: &Place| model.steady(&place.condition, &place.parameters).map_or(0.0, |answer| widest(&answer));
-        let largest = unseen.par_iter().map(bound).reduce(|| at_checks, f64::max);
+        let model = offline.calibrated(all, &truths, &unseen)?;
+        let largest = model.made.largest_bound;
         attempts -= 1;
-        if largest > settings.accuracy && attempts > 0 && growth.goes_on() {
-            // The margin from the comparison is larger than the aim allowed for.
-            aim = FURTHER * aim.min(grown.worst) * settings.accuracy / largest;
-            progress.at(&format!("calibrated, the largest bound is {largest:.1e} K: more conditions are needed"));
-            grown = growth.until(aim, &full, progress)?;
-            continue;
+        if largest <= settings.accuracy || attempts == 0 || round(growth.snapshots.len(), growth.open.len(), 0) == 0 {
+            break model;
         }
-        let made = Made {
-            solved: growth.snapshots.len(),
-            failed: growth.failed,
-            checks: compared.len(),
-            largest_error: found.worst,
-            largest_bound: largest,
-            cells: study.model.mesh.cells,
-            nodes: network.nodes,
-            conductors: ground.split.conductors(),
-            seconds: clock.elapsed().as_secs_f64(),
-        };
-        let in_time = past.map(|past| calibrated(&model, &past.checks, settings.histories)).transpose()?;
-        return Ok(ReducedModel { in_time, field, made, ..model });
-    }
-}
-
-/// Errors of a model's readings at one condition, K, with its answer.
-type Compared = (Vec<f64>, Answer);
-
-/// Errors of a model's readings at conditions solved in full, with its answers; none if it finds no steady state.
-///
-/// # Errors
-/// The model finds a steady state at fewer than half of the conditions.
-fn compared(model: &ReducedModel, truths: &[(&Place, Snapshot)]) -> Result<Vec<Option<Compared>>> {
-    let compare = |(place, truth): &(&Place, Snapshot)| {
-        let answer = model.steady(&place.condition, &place.parameters).ok()?;
-        Some((truth.readings.iter().zip(&answer.readings).map(|(t, r)| (t - r).abs()).collect(), answer))
+        // The margin from the comparison is larger than the aim allowed for.
+        aim = FURTHER * aim.min(growth.worst) * settings.accuracy / largest;
+        progress.at(&format!("calibrated, the largest bound is {largest:.1e} K: more conditions are needed"));
+        grown = growth.until(growth.grown()?, aim, &mut solve, progress)?;
     };
-    let compared: Vec<Option<Compared>> = truths.par_iter().map(compare).collect();
-    let count = compared.iter().flatten().count();
-    if 2 * count < CHECKS {
-        let what = format!("the bound cannot be calibrated: only {count} of {CHECKS} conditions could be compared");
-        return Err(Error::numerics(what).help("narrow the ranges with --range"));
-    }
-    Ok(compared)
-}
-
-/// A full solve, started from a reduced model's field if there is one.
-type Full<'f> = dyn Fn(&Place, Option<&Grown>) -> Result<Snapshot> + Sync + 'f;
-
-/// A model whose bounds are within the aim, or as small as the allowed solves make them.
-struct Grown {
-    model: ReducedModel,
-    basis: Basis,
-    /// Largest bound in the pool, with the least margin, K.
-    worst: f64,
-}
-
-/// Full solves so far, and the pool of conditions for further ones.
-struct Growth<'a> {
-    ground: &'a Ground<'a>,
-    settings: &'a Settings,
-    parameters: &'a [OpenParameter],
-    left_out: Vec<String>,
-    pool: Vec<Place>,
-    snapshots: Vec<Snapshot>,
-    failed: usize,
-}
-
-impl Growth<'_> {
-    fn take(&mut self, places: &[Place], known: Option<&Grown>, full: &Full<'_>) {
-        let solved: Vec<Option<Snapshot>> = places.par_iter().map(|place| full(place, known).ok()).collect();
-        self.failed += solved.iter().filter(|s| s.is_none()).count();
-        self.snapshots.extend(solved.into_iter().flatten());
-    }
-
-    /// Whether another round of full solves is allowed.
-    fn goes_on(&self) -> bool {
-        self.snapshots.len() + ROUND <= self.settings.most && self.pool.len() >= ROUND
-    }
-
-    /// Solves in full where the bound is largest, until none is above `aim`.
-    fn until(&mut self, aim: f64, full: &Full<'_>, progress: &dyn Progress) -> Result<Grown> {
-        loop {
-            let (model, basis) = self.ground.model(&self.snapshots, &self.settings.ranges)?;
-            let model = ReducedModel { parameters: self.parameters.to_vec(), left_out: self.left_out.clone(), ..model };
-            // A full solve tells most at a condition with the largest bound, or without a steady state of the reduced
-            // model.
-            let bound = |place: &Place| match model.steady(&place.condition, &place.parameters) {
-                Ok(answer) => answer.bounds.iter().fold(0.0, |m: f64, b| m.max(*b)),
-                Err(_) => f64::INFINITY,
-            };
-            let bounds: Vec<f64> = self.pool.par_iter().map(bound).collect();
-            let worst = bounds.iter().fold(0.0, |m: f64, b| m.max(*b));
-            let (solved, fine) = (self.snapshots.len(), basis.modes.len());
-            progress.at(&format!("{solved} conditions solved in full, {fine} modes: largest bound {worst:.1e} K"));
-            let grown = Grown { model, basis, worst };
-            if worst <= aim || !self.goes_on() {
-                return Ok(grown);
-            }
-            let mut order: Vec<usize> = (0..self.pool.len()).collect();
-            order.sort_by(|a, b| bounds[*b].total_cmp(&bounds[*a]).then(a.cmp(b)));
-            order.truncate(ROUND);
-            let next: Vec<Place> = order.iter().map(|i| self.pool[*i].clone()).collect();
-            let mut at = 0..;
-            self.pool.retain(|_| !at.next().is_some_and(|i| order.contains(&i)));
-            self.take(&next, Some(&grown), full);
-        }
-    }
+    let made = Made {
+        solved: growth.snapshots.len(),
+        failed: growth.failed,
+        cells: study.model.mesh.cells,
+        nodes: network.nodes,
+        conductors: reference.parts.conductors(),
+        seconds: clock.elapsed().as_secs_f64(),
+        ..model.made
+    };
+    let in_time = past.map(|past| calibrated(&model, &past.checks, settings.histories)).transpose()?;
+    Ok(ReducedModel { in_time, made, ..model })
 }
 
 /// Histories run in full.
@@ -257,44 +202,33 @@ struct Past {
     /// States that the modes are enriched with.
     snapshots: Vec<Snapshot>,
     /// Histories that the bound over time is calibrated on.
-    checks: Vec<(Plan, Run)>,
+    checks: Vec<(HistoryPlan, TrainingRun)>,
 }
 
 impl Past {
     /// `slowest` is the machine's longest time constant, s.
-    fn run(offline: &Offline<'_>, ground: &Ground<'_>, settings: &Settings, slowest: f64, progress: &dyn Progress) -> Result<Self> {
-        let (machine, network) = (&offline.study.model.machine, &offline.study.model.network);
-        let mut random = Random::new(settings.seed ^ HISTORIES);
-        let condition = |random: &mut Random| {
-            let mut place = offline.place(&(0..offline.axes()).map(|_| random.unit()).collect::<Vec<_>>());
-            place.parameters.clear();
-            place.condition
-        };
-        let plan = |number: usize| Plan::random(number, slowest, &mut random, condition, machine);
-        let mut plans: Vec<Plan> = (0..settings.histories + HISTORY_CHECKS).map(plan).collect::<Result<_>>()?;
+    fn run(offline: &Offline<'_>, slowest: f64, progress: &dyn Progress) -> Result<Self> {
+        let (machine, network, histories) = (&offline.study.model.machine, &offline.study.model.network, offline.settings.histories);
+        let mut random = Random::new(offline.settings.seed ^ HISTORIES);
+        let condition = |random: &mut Random| offline.space.place(|| random.unit()).condition;
+        let plan = |number: usize| HistoryPlan::random(number, slowest, &mut random, condition, machine);
+        let mut plans: Vec<HistoryPlan> = (0..histories + HISTORY_CHECKS).map(plan).collect::<Result<_>>()?;
         progress.at(&format!("running {} histories in full", plans.len()));
-        let states = Some((&ground.split.rest, ground.center()));
-        let one = |(number, plan): (usize, &Plan)| plan.run(machine, network, states.filter(|_| number < settings.histories));
-        let mut runs: Vec<Run> = plans.par_iter().enumerate().map(one).collect::<Result<_>>()?;
-        let tests = runs.split_off(settings.histories);
-        let checks = plans.split_off(settings.histories).into_iter().zip(tests).collect();
+        let one = |(number, plan): (usize, &HistoryPlan)| plan.run(machine, network, (number < histories).then_some(offline.reference));
+        let mut runs: Vec<TrainingRun> = plans.par_iter().enumerate().map(one).collect::<Result<_>>()?;
+        let tests = runs.split_off(histories);
+        let checks = plans.split_off(histories).into_iter().zip(tests).collect();
         Ok(Self { snapshots: runs.into_iter().flat_map(|run| run.snapshots).collect(), checks })
     }
 
-    /// A model of steady states with the modes that histories add, and all its modes.
-    fn added(
-        &self,
-        ground: &Ground<'_>,
-        model: ReducedModel,
-        basis: Basis,
-        steady: &[Snapshot],
-        progress: &dyn Progress,
-    ) -> (ReducedModel, Vec<Vec<f64>>) {
+    /// A model of the steady states with the modes that histories add, and all its modes.
+    fn added(&self, reference: &ReferenceNetwork<'_>, grown: Grown, steady: &[Snapshot], progress: &dyn Progress) -> Grown {
+        let Grown { model, basis } = grown;
         let rises: Vec<Vec<f64>> = self.snapshots.iter().map(|s| s.rise.clone()).collect();
-        let (energy, assembly) = (ground.energy(), ground.assembly());
+        let (energy, assembly) = (reference.energy(), reference.assembly());
         let enriched = |steady: Vec<Vec<f64>>, most: usize| {
-            let steady = Basis { modes: steady };
-            let moving = Basis::of(&steady.without(&rises, &energy), &energy, most).modes;
+            let steady = ModeBasis { modes: steady };
+            let moving = ModeBasis::of(&steady.without(&rises, &energy), &energy, most).modes;
             [steady.modes, moving].concat()
         };
         let few = |count: usize| ((count as f64 * COARSE) as usize).max(1);
@@ -302,58 +236,75 @@ impl Past {
         let fine = enriched(basis.modes, MODES_IN_TIME);
         let all: Vec<Snapshot> = steady.iter().chain(&self.snapshots).cloned().collect();
         progress.at(&format!("{} states in all, {} modes: choosing conductors", all.len(), fine.len()));
-        let levels = (assembly.level(&coarse, &all, steady.len(), SAMPLING[0]), assembly.level(&fine, &all, steady.len(), SAMPLING[1]));
-        (ReducedModel { coarse: levels.0, fine: levels.1, ..model }, fine)
+        let level = |modes: &[Vec<f64>], sampling| assembly.level(modes, &all, steady.len(), sampling);
+        let model = ReducedModel { coarse: level(&coarse, SAMPLING[0]), fine: level(&fine, SAMPLING[1]), ..model };
+        Grown { model, basis: ModeBasis { modes: fine } }
     }
 }
 
+/// Full solutions, and comparisons of models with them.
 struct Offline<'a> {
     study: &'a Study,
-    ranges: &'a [(f64, f64)],
-    parameters: &'a [OpenParameter],
+    settings: &'a ReduceSettings,
+    space: Space<'a>,
+    /// Solver of the network with the file's values of all parameters.
+    solver: &'a Solver<'a>,
+    reference: &'a ReferenceNetwork<'a>,
 }
 
 impl Offline<'_> {
-    /// Variables that have a width, and parameters.
-    fn axes(&self) -> usize {
-        self.ranges.iter().filter(|(low, high)| high > low).count() + self.parameters.len()
-    }
-
-    /// The place at shares of all widths, each 0 to 1.
-    fn place(&self, shares: &[f64]) -> Place {
-        let mut shares = shares.iter();
-        let mut share = || shares.next().copied().unwrap_or(0.5);
-        let value = |low: f64, high: f64, share: f64| low + share * (high - low);
-        let si = self.ranges.iter().map(|(low, high)| if high > low { value(*low, *high, share()) } else { *low }).collect();
-        let parameters = self.parameters.iter().map(|p| value(p.low, p.high, share())).collect();
-        Place { condition: Condition::from_si(si), parameters }
-    }
-
-    /// Full solution at a place, started from the field of a reduced model, or else from the middle of the ranges.
-    fn full(&self, place: &Place, known: Option<&Grown>, solver: &Solver<'_>, ground: &Ground<'_>) -> Result<Snapshot> {
-        let center = ground.center();
+    /// Full solution at a place, started from the field of a model, or else from the middle of the ranges.
+    fn full(&self, place: &Place, known: Option<&Grown>) -> Result<Snapshot> {
+        let center = self.reference.center();
         let (machine, network) = (&self.study.model.machine, &self.study.model.network);
         let mut load = Load::at(machine, &place.condition)?;
         let near = |network: &Network, load: &Load| {
-            let guessed = known.and_then(|known| {
-                let answer = known.model.steady(&place.condition, &place.parameters).ok()?;
-                known.model.guess(&answer, (network, load), center, &known.basis.modes).ok()
-            });
+            let guessed = known.and_then(|known| known.guess(&place.condition, &place.parameters, network, load, center));
             guessed.unwrap_or_else(|| Guess { temperatures: center.to_vec(), error: f64::INFINITY })
         };
         if place.parameters.is_empty() {
             let Guess { temperatures, error } = near(network, &load);
-            let solution = solver.steady_from(&load, &temperatures, error)?;
-            return Ok(ground.snapshot(&load, &solution.streams, &solution.temperatures));
+            let solution = self.solver.steady_from(&load, &temperatures, error)?;
+            return Ok(self.reference.snapshot(&load, &solution.streams, &solution.temperatures));
         }
-        let (mut own, mut rest) = (network.clone(), ground.split.rest.clone());
-        for (parameter, value) in self.parameters.iter().zip(&place.parameters) {
+        let (mut own, mut rest) = (network.clone(), self.reference.parts.rest.clone());
+        for (parameter, value) in self.space.parameters.iter().zip(&place.parameters) {
             let mut unused = load.clone();
             parameter.set(*value, machine, &mut rest, &mut unused);
             parameter.set(*value, machine, &mut own, &mut load);
         }
         let start = near(&own, &load).temperatures;
-        let solution = Solver::near(&own, &load, start, &Silent)?.steady(&load)?;
+        let solution = Solver::near(&own, &load, start, SteadySettings::default(), &Silent)?.steady(&load)?;
         Ok(Snapshot::of(&own, &rest, &load, &solution.streams, &solution.temperatures, center))
+    }
+
+    /// A model with its bound calibrated on full solutions, its largest bound there and at `unseen` places, and its field if wanted.
+    ///
+    /// # Errors
+    /// The model finds a steady state at fewer than half of the conditions.
+    fn calibrated(&self, grown: Grown, truths: &[(&Place, Snapshot)], unseen: &[Place]) -> Result<ReducedModel> {
+        let Grown { model, basis } = grown;
+        let both = truths
+            .par_iter()
+            .filter_map(|(place, truth)| Some((ComparedAnswer::of(place.steady(&model).ok()?, &truth.readings), &truth.rise)));
+        let (compared, rises): (Vec<ComparedAnswer>, Vec<&Vec<f64>>) = both.collect::<Vec<_>>().into_iter().unzip();
+        if 2 * compared.len() < CHECKS {
+            let what = format!("the bound cannot be calibrated: only {} of {CHECKS} conditions could be compared", compared.len());
+            return Err(Error::numerics(what).help("narrow the ranges with --range"));
+        }
+        let field = self.settings.with_field.then(|| {
+            let (solids, element_size) = (self.study.model.network.solids, self.study.model.mesh.element_size);
+            let field = ModeField::of(&basis.modes, &self.reference.center()[..solids], element_size);
+            let apart = rises.iter().zip(&compared).map(|(rise, own)| field.apart(rise, own.answer.state.amplitudes.iter().copied()));
+            let largest_error = apart.fold(0.0, f64::max);
+            ModeField { largest_error, ..field }
+        });
+        let found = Calibration::at(&compared);
+        let model = ReducedModel { margin: found.margin, floor: found.floor, field, ..model };
+        let at_checks = compared.iter().flat_map(|own| model.bounds(&own.answer.readings, &own.answer.finer)).fold(0.0, f64::max);
+        let bound = |place: &Place| place.steady(&model).map_or(0.0, |answer| answer.largest_bound());
+        let largest_bound = unseen.par_iter().map(bound).reduce(|| at_checks, f64::max);
+        let made = Made { checks: compared.len(), largest_error: found.worst, largest_bound, ..Made::default() };
+        Ok(ReducedModel { made, ..model })
     }
 }

@@ -3,9 +3,9 @@
 use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
 
-use super::modes_field::Field;
-use super::reduced_network::{Level, Reduced};
-use coldplate_base::error::Result;
+use super::fields::ModeField;
+use super::reduced_network::{ReducedNetwork, ReducedState};
+use coldplate_base::error::{Error, Result};
 use coldplate_describe::machine::{Condition, Machine};
 use coldplate_network::{Load, Network};
 use coldplate_solve::sensitivity::OpenParameter;
@@ -24,19 +24,19 @@ pub struct ReducedModel {
     pub ranges: Vec<(f64, f64)>,
     /// The coarser reduced network. In steady state it gives the readings, over time the comparison that the bound is
     /// made of.
-    pub coarse: Level,
+    pub coarse: ReducedNetwork,
     /// The finer reduced network. In steady state it gives the comparison that the bound is made of, over time the
     /// readings.
-    pub fine: Level,
+    pub fine: ReducedNetwork,
     /// Margin of the bound, dimensionless: bound = |coarse - fine| + `margin` · (largest |coarse - fine| of all
     /// readings) + `floor`.
     pub margin: f64,
     /// Constant term of the bound, K: no bound is smaller.
     pub floor: f64,
     /// Bound over time, if the model was made with histories.
-    pub in_time: Option<InTime>,
+    pub in_time: Option<HistoryBound>,
     /// Modes at all nodes, if the model was made with its field.
-    pub field: Option<Field>,
+    pub field: Option<ModeField>,
     /// Record of how the model was made.
     pub made: Made,
 }
@@ -66,7 +66,7 @@ pub struct Made {
 
 /// Bound of a reduced model over time, and the histories it was calibrated on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct InTime {
+pub struct HistoryBound {
     /// Margin of the bound, dimensionless: a reading's bound is the difference of the two networks there, plus this
     /// share of the largest difference so far, plus `floor`.
     pub margin: f64,
@@ -82,7 +82,7 @@ pub struct InTime {
     pub largest_bound: f64,
 }
 
-impl InTime {
+impl HistoryBound {
     /// Bounds on the difference of the finer network's readings from the full model's, K, time by time.
     pub fn bounds(&self, readings: &[Vec<f64>], coarser: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let mut largest: f64 = 0.0;
@@ -97,7 +97,7 @@ impl InTime {
 
 /// The readings at one condition.
 #[derive(Debug, Clone)]
-pub struct Answer {
+pub struct ReducedAnswer {
     /// Readings of all sensors, K.
     pub readings: Vec<f64>,
     /// Bound on the difference of each reading from the full model's, K.
@@ -105,11 +105,18 @@ pub struct Answer {
     /// Whether condition and parameters are within the ranges of the training.
     pub in_range: bool,
     /// State of the finer reduced network.
-    pub state: Reduced,
+    pub state: ReducedState,
     /// Readings of the finer network, K.
     pub finer: Vec<f64>,
     /// Streams whose wall boils: index and temperature of the hottest wall, K.
     pub boiling: Vec<(usize, f64)>,
+}
+
+impl ReducedAnswer {
+    /// Largest bound of a reading, K.
+    pub(super) fn largest_bound(&self) -> f64 {
+        self.bounds.iter().fold(0.0, |most: f64, bound| most.max(*bound))
+    }
 }
 
 impl ReducedModel {
@@ -117,9 +124,9 @@ impl ReducedModel {
     ///
     /// # Errors
     /// The condition cannot be evaluated, or no steady state is found.
-    pub fn steady(&self, condition: &Condition, parameters: &[f64]) -> Result<Answer> {
+    pub fn steady(&self, condition: &Condition, parameters: &[f64]) -> Result<ReducedAnswer> {
         let load = Load::at(&self.machine, condition)?;
-        let solve = |level: &Level, start: &DVector<f64>| -> Result<Solved> {
+        let solve = |level: &ReducedNetwork, start: &DVector<f64>| -> Result<Solved> {
             if parameters.is_empty() {
                 let state = level.steady(&level.network, &load, start)?;
                 let readings = level.read(&level.network, &load, &state);
@@ -141,13 +148,24 @@ impl ReducedModel {
         let near = coarse.amplitudes.resize_vertically(self.fine.len(), 0.0);
         let (state, finer, boiling) = solve(&self.fine, &near)?;
         let bounds = self.bounds(&readings, &finer);
-        let in_range = self.is_inside(condition) && parameters.iter().zip(&self.parameters).all(|(x, p)| is_within(*x, (p.low, p.high)));
-        Ok(Answer { readings, bounds, in_range, state, finer, boiling })
+        let in_range = self.is_inside(condition) && parameters.iter().zip(&self.parameters).all(|(x, p)| is_within(*x, p.low, p.high));
+        Ok(ReducedAnswer { readings, bounds, in_range, state, finer, boiling })
     }
 
     /// Whether a condition is within the ranges of the training.
     pub fn is_inside(&self, condition: &Condition) -> bool {
-        condition.si().iter().zip(&self.ranges).all(|(x, range)| is_within(*x, *range))
+        condition.si().iter().zip(&self.ranges).all(|(x, (low, high))| is_within(*x, *low, *high))
+    }
+
+    /// Temperatures of all nodes of the full network (K) in an answer at a condition.
+    ///
+    /// # Errors
+    /// The model was made without its field, the condition cannot be evaluated, or the network is another one.
+    pub fn temperatures(&self, answer: &ReducedAnswer, condition: &Condition, network: &Network) -> Result<Vec<f64>> {
+        let Some(field) = &self.field else {
+            return Err(Error::input("this reduced model knows its sensors, not its field").help("make it with `coldplate reduce --field`"));
+        };
+        field.temperatures(&self.fine, &answer.state, network, &Load::at(&self.machine, condition)?)
     }
 
     /// Bounds on the difference of the coarser network's readings from the full model's, K.
@@ -159,16 +177,16 @@ impl ReducedModel {
 }
 
 /// A reduced network's state, its readings, and the streams whose wall boils.
-type Solved = (Reduced, Vec<f64>, Vec<(usize, f64)>);
+type Solved = (ReducedState, Vec<f64>, Vec<(usize, f64)>);
 
 /// Streams whose wall boils: index and temperature of the hottest wall, K.
-fn boiling(network: &Network, state: &Reduced) -> Vec<(usize, f64)> {
+fn boiling(network: &Network, state: &ReducedState) -> Vec<(usize, f64)> {
     let wall = |(s, stream)| Some((s, network.boiling_wall(s, stream, &state.temperatures)?));
     state.streams.iter().enumerate().filter_map(wall).collect()
 }
 
 /// Whether a value is in a range, but for rounding.
-fn is_within(x: f64, (low, high): (f64, f64)) -> bool {
+fn is_within(x: f64, low: f64, high: f64) -> bool {
     let slack = 1e-9 * (high - low).abs().max(high.abs());
     (low - slack..=high + slack).contains(&x)
 }

@@ -3,7 +3,7 @@
 //!
 //! In an enclosure every face exchanges heat with every other one, so the number of conductors is the square of the number of faces. A node
 //! emits the same heat towards all of them. The rest therefore has one conductor for each emitting node, to no other node, and the emitted
-//! heat reaches the others by their areas ([`Split::reached`]).
+//! heat reaches the others by their areas ([`NetworkParts::reached`]).
 
 use std::collections::BTreeMap;
 
@@ -12,7 +12,7 @@ use coldplate_solve::residual;
 
 /// The parts of a network, all with its nodes.
 #[derive(Debug)]
-pub struct Split {
+pub struct NetworkParts {
     /// Linear conduction that is the same at every condition.
     pub plain: Network,
     /// Sources, in the network's order; the shares are empty if the power follows the temperature.
@@ -20,14 +20,14 @@ pub struct Split {
     /// Joints of constant laws by contact of the network; their conductances follow the contact's factor.
     pub contacts: Vec<(usize, Vec<Joint>)>,
     /// The parts that follow the temperature or the surroundings: open faces, radiative conductors, joints and faces of
-    /// blocks with such a conductance, such sources. Streams and sensors are here too. After its radiative links come the
-    /// emitting nodes of enclosures, each to no node and with an area of one.
+    /// blocks with a varying conductance, sources with a varying power. Streams and sensors are here too. After its
+    /// radiative links come the emitting nodes of enclosures, each to no node and with an area of one.
     pub rest: Network,
     /// Nodes that each emitting node reaches, with the area of the exchange, m².
     pub reached: Vec<Vec<(u32, f64)>>,
 }
 
-impl Split {
+impl NetworkParts {
     /// Takes a network apart.
     pub fn of(network: &Network) -> Self {
         let is_constant = |property: u32| property == NONE || network.properties[property as usize].is_constant();

@@ -2,7 +2,7 @@
 //!
 //! Temperatures of the solids are T = C + V a, with C the temperatures in the middle of the ranges. The heat balance is projected
 //! on the modes (Galerkin): Vᵀ R(C + V a) = 0 for the residual R of the network. Linear conduction is one small matrix. A contact,
-//! and the heat within a ring of channel wall, is one small matrix for each of a few coefficients ([`Family`]). Open faces, and all
+//! and the heat within a ring of channel wall, is one small matrix for each of a few coefficients ([`OperatorFamily`]). Open faces, and all
 //! else that follows the temperature, are handled likewise, linearised at C. Their deviations from the tangents are sampled at a
 //! weighted few conductors ([`super::cubature`]), evaluated by their own laws. Water is no part of the modes. It follows the wall
 //! along stations ([`super::stations`]), each of which stands for a few of the full network's, and is eliminated exactly.
@@ -13,7 +13,7 @@ use nalgebra::{DMatrix, DVector, DVectorViewMut};
 use serde::{Deserialize, Serialize};
 
 use super::conductors::{Conductor, conductors};
-use super::interpolation::Family;
+use super::interpolation::OperatorFamily;
 use super::water::{Alongside, Channels};
 use coldplate_base::error::{Error, Result, Stop};
 use coldplate_network::stream::members;
@@ -36,7 +36,7 @@ const POWER_STEPS: usize = 40;
 
 /// A reduced network: `n` modes, `s` solid nodes of the sampled network, `c` chosen conductors.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct Level {
+pub struct ReducedNetwork {
     /// Temperatures that the modes are added to, K: s.
     pub center: DVector<f64>,
     /// Held temperatures in the middle of the ranges, K.
@@ -56,10 +56,10 @@ pub struct Level {
     /// Contacts of constant laws.
     pub contacts: Vec<ReducedContact>,
     /// Heat moved around the channel within each station's ring of cells: n x (n + 1), by the exchange of all stations.
-    pub rings: Family,
+    pub rings: OperatorFamily,
     /// Tangents of the conductors that follow the temperature, at the temperatures of the middle: heats (n x 1), slopes at
     /// the first and at the second end (n x n).
-    pub tangents: [Family; 3],
+    pub tangents: [OperatorFamily; 3],
     /// The sampled network: chosen conductors, a node per station of channel wall, water.
     #[serde(skip)]
     pub network: Network,
@@ -76,7 +76,7 @@ pub struct Level {
     pub tilts: DMatrix<f64>,
     /// Heat that the water brings from wall to wall within a station: n x (n + 1), by exchange² over capacity rate of all
     /// stations.
-    pub drifts: Family,
+    pub drifts: OperatorFamily,
     /// Modes in each sensor's reading: sensors x n.
     pub readings: DMatrix<f64>,
     /// Part of each sensor's reading from the solids' temperatures of the middle, K.
@@ -91,7 +91,7 @@ pub struct ReducedContact {
     /// Conductances of these joints at the load of the middle, W/K.
     pub usual: Vec<f64>,
     /// Operators of the contact: n x (n + 1).
-    pub family: Family,
+    pub family: OperatorFamily,
 }
 
 impl ReducedContact {
@@ -103,7 +103,7 @@ impl ReducedContact {
 
 /// A solved reduced network.
 #[derive(Debug, Clone)]
-pub struct Reduced {
+pub struct ReducedState {
     /// Amplitudes of the modes, K.
     pub amplitudes: DVector<f64>,
     /// Temperatures of the sampled network's nodes, K.
@@ -115,7 +115,7 @@ pub struct Reduced {
 }
 
 /// Parts of the equations that stay constant while a condition is solved.
-pub(super) struct Given {
+pub(super) struct ConstantTerms {
     /// Linear part: n x n, W/K.
     pub(super) linear: DMatrix<f64>,
     /// Heat that leaves the modes at the temperatures of the middle, W.
@@ -124,7 +124,7 @@ pub(super) struct Given {
     tangents: Vec<Conductor>,
 }
 
-impl Level {
+impl ReducedNetwork {
     /// Modes.
     pub fn len(&self) -> usize {
         self.rows.ncols()
@@ -159,7 +159,7 @@ impl Level {
                 && (s.property as usize + 2 < net.properties.len())
         };
         let square = |m: &DMatrix<f64>, columns: usize| m.shape() == (n, columns);
-        let family = |f: &Family, members: usize, columns: usize| f.points.iter().all(|p| *p < members) && f.is_of((n, columns));
+        let family = |f: &OperatorFamily, members: usize, columns: usize| f.points.iter().all(|p| *p < members) && f.is_of((n, columns));
         self.rows.nrows() == solids
             && self.center.len() == solids
             && net.group.len() == solids
@@ -198,7 +198,7 @@ impl Level {
     ///
     /// # Errors
     /// No convergence, or water outside the range of its properties.
-    pub fn steady(&self, network: &Network, load: &Load, start: &DVector<f64>) -> Result<Reduced> {
+    pub fn steady(&self, network: &Network, load: &Load, start: &DVector<f64>) -> Result<ReducedState> {
         let given = self.given(network, load);
         let mut a = start.clone();
         let mut t = self.temperatures(network, load, &a, None);
@@ -214,11 +214,12 @@ impl Level {
             let shrinks = if before_last.is_finite() { (last / before_last).min(1.0) } else { 1.0 };
             if last * shrinks.max(shrank).max(QUICKEST) <= STEP_TOLERANCE {
                 network.check_coolant(load, &t)?;
-                return Ok(Reduced { amplitudes: a, temperatures: t, streams, steps });
+                return Ok(ReducedState { amplitudes: a, temperatures: t, streams, steps });
             }
             shrank = shrinks;
             let now = conductors(network, load, &t);
-            let residual = self.residual(network, load, (&streams, &water), &given, &now, (felt.as_slice(), &t), &a);
+            let heats = heats(network, load, &streams, felt.as_slice(), &t);
+            let residual = self.residual(&given, &now, &water, &heats, &a);
             let lu = match factors.take() {
                 Some(lu) if last < SLOW * before_last || before_last.is_infinite() => lu,
                 _ => self.jacobian(network, &streams, &water, &given, &now).lu(),
@@ -249,13 +250,7 @@ impl Level {
     pub fn temperatures(&self, network: &Network, load: &Load, a: &DVector<f64>, before: Option<&[f64]>) -> Vec<f64> {
         let mut t = match before {
             Some(before) => before.to_vec(),
-            None => {
-                let mut t = vec![0.0; network.nodes];
-                for stream in &network.streams {
-                    t[stream.first_node as usize..=stream.outlet() as usize].fill(load.inlets[stream.circuit]);
-                }
-                t
-            }
+            None => network.at_inlets(load, 0.0),
         };
         self.set_outside(network, load, a, &mut t);
         self.set_walls(network, a, &mut t);
@@ -265,9 +260,7 @@ impl Level {
     /// Sets the temperatures of the sampled network's solids except the walls of channels, which come last.
     pub(super) fn set_outside(&self, network: &Network, load: &Load, a: &DVector<f64>, t: &mut [f64]) {
         self.set(0..network.solids - self.walls.ncols(), a, t);
-        for (node, index) in &network.fixed {
-            t[*node as usize] = load.fixed[*index as usize];
-        }
+        network.hold(load, t);
     }
 
     /// Sets the temperatures of the walls of channels.
@@ -282,7 +275,7 @@ impl Level {
     }
 
     /// Parts of the equations that stay constant while a condition is solved.
-    pub(super) fn given(&self, network: &Network, load: &Load) -> Given {
+    pub(super) fn given(&self, network: &Network, load: &Load) -> ConstantTerms {
         let n = self.len();
         let mut wide = self.conduction.clone();
         for contact in &self.contacts {
@@ -306,40 +299,27 @@ impl Level {
         for (column, power) in self.sources.column_iter().zip(&load.powers) {
             constant.axpy(-power, &column, 1.0);
         }
-        Given { linear, constant, tangents }
+        ConstantTerms { linear, constant, tangents }
     }
 
-    /// Residual of the heat balance, W: heat that leaves the modes.
-    #[allow(clippy::too_many_arguments)]
+    /// Residual of the heat balance, W: heat that leaves the modes. `heats` go into the water of every station, W.
     fn residual(
         &self,
-        network: &Network,
-        load: &Load,
-        (streams, water): (&[StreamState], &Alongside),
-        given: &Given,
+        given: &ConstantTerms,
         now: &[Conductor],
-        (felt, t): (&[f64], &[f64]),
+        water: &Alongside,
+        heats: &DVector<f64>,
         a: &DVector<f64>,
     ) -> DVector<f64> {
         let mut residual = self.solid_residual(given, now, a);
         residual.gemv(1.0, &water.around.columns(0, self.len()), a, 1.0);
         residual += water.around.column(self.len());
-        let mut heats = DVector::zeros(self.walls.ncols());
-        let mut at = 0;
-        for (s, (stream, state)) in network.streams.iter().zip(streams).enumerate() {
-            let mut above = entering_temperature(network, load, streams, s, t);
-            for k in 0..stream.stations.len() {
-                heats[at] = state.exchange[k] * (felt[at] - above);
-                above = t[stream.first_node as usize + k];
-                at += 1;
-            }
-        }
-        water.take(&heats, 1.0, &mut residual);
+        water.take(heats, 1.0, &mut residual);
         residual
     }
 
     /// Residual without the water and without the heat it moves around its channels, W.
-    pub(super) fn solid_residual(&self, given: &Given, now: &[Conductor], a: &DVector<f64>) -> DVector<f64> {
+    pub(super) fn solid_residual(&self, given: &ConstantTerms, now: &[Conductor], a: &DVector<f64>) -> DVector<f64> {
         let mut residual = self.beyond(given, now);
         residual.gemv(1.0, &given.linear, a, 1.0);
         residual += &given.constant;
@@ -347,7 +327,7 @@ impl Level {
     }
 
     /// Deviation of the chosen conductors from their tangents, projected on the modes, W.
-    pub(super) fn beyond(&self, given: &Given, now: &[Conductor]) -> DVector<f64> {
+    pub(super) fn beyond(&self, given: &ConstantTerms, now: &[Conductor]) -> DVector<f64> {
         let beyond = now.iter().zip(&given.tangents).map(|(now, tangent)| now.beyond(tangent));
         &self.patterns * DVector::from_iterator(now.len(), beyond)
     }
@@ -358,7 +338,7 @@ impl Level {
         network: &Network,
         streams: &[StreamState],
         water: &Alongside,
-        given: &Given,
+        given: &ConstantTerms,
         now: &[Conductor],
     ) -> DMatrix<f64> {
         let n = self.len();
@@ -400,7 +380,7 @@ impl Level {
     }
 
     /// Readings of all sensors, K.
-    pub fn read(&self, network: &Network, load: &Load, state: &Reduced) -> Vec<f64> {
+    pub fn read(&self, network: &Network, load: &Load, state: &ReducedState) -> Vec<f64> {
         self.readings_of(network, load, &state.amplitudes, &state.temperatures)
     }
 
@@ -461,6 +441,19 @@ pub(super) fn follow(network: &Network, load: &Load, streams: &[StreamState], wa
             }
         }
     }
+}
+
+/// Heat into the water of every station (W) from the wall temperatures of all stations and the temperatures of the water (K).
+fn heats(network: &Network, load: &Load, streams: &[StreamState], walls: &[f64], t: &[f64]) -> DVector<f64> {
+    let mut heats = Vec::with_capacity(walls.len());
+    for (s, (stream, state)) in network.streams.iter().zip(streams).enumerate() {
+        let mut above = entering_temperature(network, load, streams, s, t);
+        for (k, exchange) in state.exchange.iter().enumerate() {
+            heats.push(exchange * (walls[heats.len()] - above));
+            above = t[stream.first_node as usize + k];
+        }
+    }
+    DVector::from_vec(heats)
 }
 
 /// Index of each stream's first station among the stations of all streams.

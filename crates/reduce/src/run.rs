@@ -2,7 +2,7 @@
 
 use super::integrator::{Motion, Path};
 use super::model::ReducedModel;
-use super::reduced_network::Level;
+use super::reduced_network::ReducedNetwork;
 use coldplate_base::error::{Error, Result};
 use coldplate_describe::machine::Condition;
 use coldplate_network::Load;
@@ -21,7 +21,7 @@ pub enum Beginning {
 }
 
 /// A stretch of time with a smooth condition.
-pub struct Stretch<'s> {
+pub struct ConditionStretch<'s> {
     /// End of the stretch, s; it begins at the end of the one before.
     pub until: f64,
     /// The condition at a time, s.
@@ -34,7 +34,7 @@ pub struct Stretch<'s> {
 
 /// Readings over time.
 #[derive(Debug, Clone)]
-pub struct Course {
+pub struct ReducedHistory {
     /// Readings of all sensors at the beginning and at every output, K, from the finer network.
     pub readings: Vec<Vec<f64>>,
     /// Readings of the coarser network at the beginning and at every output, K, which the bound is made of.
@@ -58,16 +58,23 @@ impl ReducedModel {
     ///
     /// # Errors
     /// No stretch; a condition cannot be evaluated; the reduced network cannot follow it.
-    pub fn course(&self, beginning: Beginning, from: f64, stretches: &[Stretch<'_>]) -> Result<Course> {
+    pub fn course(&self, beginning: Beginning, from: f64, stretches: &[ConditionStretch<'_>]) -> Result<ReducedHistory> {
         let (coarse, fine) = rayon::join(
             || self.of_level(&self.coarse, TOLERANCES[0], beginning, from, stretches),
             || self.of_level(&self.fine, TOLERANCES[1], beginning, from, stretches),
         );
         let (coarse, fine) = (coarse?, fine?);
-        Ok(Course { readings: fine.readings, coarser: coarse.readings, path: fine.path, steps: coarse.steps + fine.steps })
+        Ok(ReducedHistory { readings: fine.readings, coarser: coarse.readings, path: fine.path, steps: coarse.steps + fine.steps })
     }
 
-    fn of_level(&self, level: &Level, tolerance: f64, beginning: Beginning, from: f64, stretches: &[Stretch<'_>]) -> Result<OfLevel> {
+    fn of_level(
+        &self,
+        level: &ReducedNetwork,
+        tolerance: f64,
+        beginning: Beginning,
+        from: f64,
+        stretches: &[ConditionStretch<'_>],
+    ) -> Result<OfLevel> {
         let Some(first) = stretches.first() else { return Err(Error::input("there is no time to follow")) };
         let network = &level.network;
         let load = Load::at(&self.machine, &(first.condition)(from))?;

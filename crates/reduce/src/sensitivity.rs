@@ -9,8 +9,8 @@ use coldplate_base::progress::Silent;
 use coldplate_base::random::Random;
 use coldplate_describe::machine::Condition;
 use coldplate_network::{Load, Network};
-use coldplate_solve::Solver;
 use coldplate_solve::sensitivity::{OpenParameter, Scale};
+use coldplate_solve::{Solver, SteadySettings};
 
 /// Half the step of a difference quotient, as a share of the range. Chosen: smaller loses digits to the solver's
 /// tolerance, larger to curvature.
@@ -34,7 +34,7 @@ pub struct Slopes {
 
 /// A reading over the draws.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Spread {
+pub struct ReadingSpread {
     /// Mean, K.
     pub mean: f64,
     /// Standard deviation, K.
@@ -49,7 +49,7 @@ pub struct Spread {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Spreads {
     /// Sensor by sensor.
-    pub readings: Vec<Spread>,
+    pub readings: Vec<ReadingSpread>,
     /// Draws with a steady state.
     pub draws: usize,
     /// Draws without one.
@@ -130,7 +130,7 @@ impl ReducedModel {
         for (parameter, value) in self.parameters.iter().zip(values) {
             parameter.set(*value, &self.machine, &mut own, &mut load);
         }
-        let state = Solver::near(&own, &load, near.to_vec(), &Silent)?.steady(&load)?;
+        let state = Solver::near(&own, &load, near.to_vec(), SteadySettings::default(), &Silent)?.steady(&load)?;
         let readings: Vec<f64> = own.sensors.iter().map(|s| s.read(&state.temperatures, &load)).collect();
         let bounds = vec![0.0; readings.len()];
         Ok((readings, bounds))
@@ -149,7 +149,7 @@ fn draw(parameter: &OpenParameter, random: &mut Random) -> f64 {
     value.clamp(parameter.low, parameter.high)
 }
 
-fn spread(known: &[&(Vec<f64>, Vec<f64>)], sensor: usize) -> Spread {
+fn spread(known: &[&(Vec<f64>, Vec<f64>)], sensor: usize) -> ReadingSpread {
     let mut values: Vec<f64> = known.iter().map(|(readings, _)| readings[sensor]).collect();
     values.sort_by(f64::total_cmp);
     let count = values.len() as f64;
@@ -161,5 +161,5 @@ fn spread(known: &[&(Vec<f64>, Vec<f64>)], sensor: usize) -> Spread {
         values[below] + part * (values[(below + 1).min(values.len() - 1)] - values[below])
     };
     let bound = known.iter().map(|(_, bounds)| bounds[sensor]).fold(0.0, f64::max);
-    Spread { mean, deviation: variance.sqrt(), interval: (at(ENDS[0]), at(ENDS[1])), bound }
+    ReadingSpread { mean, deviation: variance.sqrt(), interval: (at(ENDS[0]), at(ENDS[1])), bound }
 }

@@ -9,15 +9,15 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use super::model::{InTime, Made, ReducedModel};
-use super::modes_field::Field;
-use super::reduced_network::Level;
+use super::fields::ModeField;
+use super::model::{HistoryBound, Made, ReducedModel};
+use super::reduced_network::ReducedNetwork;
 use coldplate_base::document::Document;
 use coldplate_base::error::{Error, Result};
 use coldplate_describe::machine::{Machine, Sensor};
 use coldplate_network::mesh::path::Station;
 use coldplate_network::stream::CircuitTree;
-use coldplate_network::{ContactGroup, HeatSource, Joint, Network, Reach, SensorTerm, Stream, Surface};
+use coldplate_network::{ContactGroup, EndInterpolation, HeatSource, Joint, Network, SensorTerm, Stream, Surface};
 use coldplate_solve::sensitivity::OpenParameter;
 
 #[derive(Serialize, Deserialize)]
@@ -34,14 +34,14 @@ struct StoredModel {
     fine: StoredLevel,
     margin: f64,
     floor: f64,
-    in_time: Option<InTime>,
+    in_time: Option<HistoryBound>,
     made: Made,
-    field: Option<Field>,
+    field: Option<ModeField>,
 }
 
 #[derive(Serialize, Deserialize)]
 struct StoredLevel {
-    level: Level,
+    level: ReducedNetwork,
     network: StoredNetwork,
 }
 
@@ -52,7 +52,7 @@ struct StoredNetwork {
     group: Vec<u32>,
     groups: Vec<String>,
     joints: Vec<Joint>,
-    reaches: Vec<Reach>,
+    reaches: Vec<EndInterpolation>,
     contacts: Vec<StoredContact>,
     surfaces: Vec<Surface>,
     radiative: Vec<(u32, u32, f64)>,
@@ -95,7 +95,7 @@ impl ReducedModel {
     /// # Errors
     /// The machine file cannot be read again.
     pub fn to_bytes(&self, document: &Document) -> Result<Vec<u8>> {
-        let level = |level: &Level| StoredLevel { level: level.clone(), network: StoredNetwork::of(&level.network) };
+        let level = |level: &ReducedNetwork| StoredLevel { level: level.clone(), network: StoredNetwork::of(&level.network) };
         let stored = StoredModel {
             text: document.rewritten(&[], &[])?,
             file: document.file().to_path_buf(),
@@ -129,9 +129,9 @@ impl ReducedModel {
         let stored = stored.ok().filter(|_| own.as_slice() == digest).ok_or_else(damaged)?;
         let mut machine = Machine::from_document(&Document::parse(&stored.text, &stored.file)?)?;
         machine.hash = stored.hash;
-        let level = |stored: StoredLevel| -> Option<Level> {
+        let level = |stored: StoredLevel| -> Option<ReducedNetwork> {
             let network = stored.network.network(&machine)?;
-            let level = Level { network, ..stored.level };
+            let level = ReducedNetwork { network, ..stored.level };
             level.is_sound().then_some(level)
         };
         let (coarse, fine) = (level(stored.coarse).ok_or_else(damaged)?, level(stored.fine).ok_or_else(damaged)?);

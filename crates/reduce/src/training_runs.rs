@@ -1,13 +1,14 @@
 //! Histories of the full model. Some enrich the modes, the others calibrate the bound over time.
 
 use super::assemble::Snapshot;
-use super::model::{InTime, ReducedModel};
-use super::run::{Beginning, Course, Stretch};
+use super::model::{HistoryBound, ReducedModel};
+use super::reference::ReferenceNetwork;
+use super::run::{Beginning, ConditionStretch, ReducedHistory};
 use coldplate_base::error::Result;
 use coldplate_base::random::Random;
 use coldplate_describe::machine::{Condition, Machine};
 use coldplate_network::{Load, Network};
-use coldplate_solve::transient::{Settings, Transient, TransientState};
+use coldplate_solve::transient::{StepSettings, Transient, TransientState};
 
 /// Number of stretches of one condition in a history. Chosen: more steps in a history, but each costs time of the
 /// full model.
@@ -30,7 +31,7 @@ const FLOOR: f64 = 0.005;
 
 /// Course of a history: its beginning and its conditions.
 #[derive(Debug, Clone)]
-pub(super) struct Plan {
+pub(super) struct HistoryPlan {
     beginning: Beginning,
     /// Conditions, each until a time, s.
     stretches: Vec<(Condition, f64)>,
@@ -39,14 +40,14 @@ pub(super) struct Plan {
 }
 
 /// A history of the full model.
-pub(super) struct Run {
+pub(super) struct TrainingRun {
     /// States along the history.
     pub(super) snapshots: Vec<Snapshot>,
     /// Times (s) and readings (K), the beginning first.
     readings: Vec<(f64, Vec<f64>)>,
 }
 
-impl Plan {
+impl HistoryPlan {
     /// A random plan over conditions that `draw` finds; every other one begins with one temperature everywhere.
     pub(super) fn random(
         number: usize,
@@ -69,21 +70,20 @@ impl Plan {
         Ok(Self { beginning, stretches, slowest })
     }
 
-    /// Runs the history in full. If states are wanted, `split` holds the network of the split's conductors and the
-    /// temperatures of the middle.
-    pub(super) fn run(&self, machine: &Machine, network: &Network, split: Option<(&Network, &[f64])>) -> Result<Run> {
-        let mut transient = Transient::new(network, Settings { tolerance: TOLERANCE, ..Settings::default() })?;
+    /// Runs the history in full. States are taken if there is a reference for them.
+    pub(super) fn run(&self, machine: &Machine, network: &Network, reference: Option<&ReferenceNetwork<'_>>) -> Result<TrainingRun> {
+        let mut transient = Transient::new(network, StepSettings { tolerance: TOLERANCE, ..StepSettings::default() })?;
         let first = Load::at(machine, &self.stretches[0].0)?;
         let mut state = match self.beginning {
             Beginning::Steady => transient.from_steady(&first)?,
             Beginning::Uniform(temperature) => transient.uniform(&first, temperature),
         };
-        let mut run = Run { snapshots: Vec::new(), readings: Vec::new() };
+        let mut run = TrainingRun { snapshots: Vec::new(), readings: Vec::new() };
         let mut take = |state: &TransientState, load: &Load| -> Result<()> {
             run.readings.push((state.time, network.sensors.iter().map(|s| s.read(&state.temperatures, load)).collect()));
-            if let Some((rest, center)) = split {
+            if let Some(reference) = reference {
                 let streams = network.stream_states(load, &state.temperatures)?;
-                run.snapshots.push(Snapshot::of(network, rest, load, &streams, &state.temperatures, center));
+                run.snapshots.push(reference.snapshot(load, &streams, &state.temperatures));
             }
             Ok(())
         };
@@ -106,13 +106,18 @@ impl Plan {
     }
 
     /// Runs this history through a reduced model, with outputs at the times of a run in full.
-    fn reduced(&self, model: &ReducedModel, run: &Run) -> Result<Course> {
+    fn reduced(&self, model: &ReducedModel, run: &TrainingRun) -> Result<ReducedHistory> {
         let mut from = 0.0;
         let mut stretches = Vec::new();
         for (condition, until) in &self.stretches {
             let begun = std::mem::replace(&mut from, *until);
             let times = run.readings.iter().map(|(time, _)| *time).filter(|t| *t > begun && t <= until);
-            stretches.push(Stretch { until: *until, condition: Box::new(|_| condition.clone()), at_end: None, outputs: times.collect() });
+            stretches.push(ConditionStretch {
+                until: *until,
+                condition: Box::new(|_| condition.clone()),
+                at_end: None,
+                outputs: times.collect(),
+            });
         }
         model.course(self.beginning, 0.0, &stretches)
     }
@@ -122,7 +127,7 @@ impl Plan {
 ///
 /// # Errors
 /// The reduced model cannot follow one of them.
-pub(super) fn calibrated(model: &ReducedModel, checks: &[(Plan, Run)], made: usize) -> Result<InTime> {
+pub(super) fn calibrated(model: &ReducedModel, checks: &[(HistoryPlan, TrainingRun)], made: usize) -> Result<HistoryBound> {
     let mut needed: f64 = 0.0;
     let mut courses = Vec::new();
     for (plan, run) in checks {
@@ -140,7 +145,7 @@ pub(super) fn calibrated(model: &ReducedModel, checks: &[(Plan, Run)], made: usi
         }
         courses.push(course);
     }
-    let mut found = InTime {
+    let mut found = HistoryBound {
         margin: (SAFETY.0 * needed).max(SAFETY.1),
         floor: FLOOR,
         histories: made,

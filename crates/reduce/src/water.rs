@@ -6,7 +6,7 @@ use std::rc::Rc;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::interpolation::Family;
+use super::interpolation::OperatorFamily;
 use coldplate_network::{Network, StreamState};
 
 /// Relative change of a station's exchange, transfer or warming from which [`Along`] is computed anew over time. Chosen: the effect
@@ -66,8 +66,8 @@ pub(super) struct Channels<'l> {
     pub(super) center: &'l DVector<f64>,
     pub(super) walls: &'l DMatrix<f64>,
     pub(super) tilts: &'l DMatrix<f64>,
-    pub(super) rings: &'l Family,
-    pub(super) drifts: &'l Family,
+    pub(super) rings: &'l OperatorFamily,
+    pub(super) drifts: &'l OperatorFamily,
 }
 
 impl Channels<'_> {

@@ -2,7 +2,7 @@
 //! (ten maxima, a rise, a spread) and verdict. Each figure is the least of many batches, because
 //! whatever else runs on the machine can only add to it.
 //!
-//! The files are those of `fixtures/`, written by `tests/surrogate/examples.rs` of the main crate.
+//! The files are those of `fixtures/`, written by `tests/it/surrogate/examples.rs` of coldplate-surrogate.
 
 use std::hint::black_box;
 use std::time::Instant;

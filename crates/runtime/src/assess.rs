@@ -1,86 +1,14 @@
-//! Bands that include all uncertainties, and verdicts with a probability.
+//! Verdicts with a probability, from bands that include all uncertainties.
 
+use crate::acceptability::{Chance, LimitChance};
 use crate::belief::{Belief, Known};
-use crate::direction::{Band, Here, compared};
-use crate::evaluate::ShapeError;
+use crate::direction::{Band, compared};
 use crate::math::sqrt;
-use crate::normal::{NINETY_FIVE, probability_below};
+use crate::normal::probability_below;
+use crate::shape::ShapeError;
 use crate::surrogate::Surrogate;
-use crate::uncertain::Uncertainty;
-use crate::verdict::Acceptability;
-
-/// One limit at one condition, with all uncertainties.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LimitChance {
-    /// The limited quantity, in the points' unit.
-    pub value: f64,
-    /// Band of the limited quantity.
-    pub band: Band,
-    /// The largest value allowed.
-    pub maximum: f64,
-    /// Probability that the limit is kept.
-    pub probability: f64,
-}
-
-/// The verdict on a condition at a stated confidence.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Chance {
-    /// Acceptable if all limits together are kept with at least the probability asked for; not acceptable if they are
-    /// kept with at most one minus that probability; otherwise uncertain. Always uncertain outside the fitted range,
-    /// without limits, and if a value is no number.
-    pub state: Acceptability,
-    /// True if every variable lies within its fitted range.
-    pub in_domain: bool,
-    /// Probability that all limits are kept; NaN without limits.
-    pub probability: f64,
-    /// The limit that is most likely broken.
-    pub binding: Option<usize>,
-}
 
 impl Surrogate<'_> {
-    /// Values and bands of all points at condition `x`, from the file's knowledge of its parameters or from the
-    /// caller's `belief`. A file without uncertainty has the band of its fit alone.
-    ///
-    /// # Errors
-    /// A slice has a wrong length.
-    pub fn bands(&self, x: &[f64], belief: Option<&Belief<'_>>, values: &mut [f64], bands: &mut [Band]) -> Result<(), ShapeError> {
-        self.evaluate_fit(x, values)?;
-        if bands.len() != self.points.len() {
-            return Err(ShapeError { argument: "number of bands", expected: self.points.len(), found: bands.len() });
-        }
-        let Some(uncertainty) = self.uncertainty else {
-            for (point, band) in bands.iter_mut().enumerate() {
-                let fit = self.half_width(point) / NINETY_FIVE;
-                *band = Band { fit, total: fit, ..Band::default() };
-            }
-            return Ok(());
-        };
-        let known = belief.map_or(Known::File(&uncertainty), Known::Memory);
-        self.here(&uncertainty, x).fill(&known, values, bands);
-        Ok(())
-    }
-
-    /// Values of all points at condition `x` for a machine whose parameters lie `deviations` standard deviations off
-    /// their nominal values, to first order; knowledge about the parameters is not used here. For Monte Carlo over the
-    /// machine.
-    ///
-    /// # Errors
-    /// A slice has a wrong length.
-    pub fn evaluate_with(&self, x: &[f64], deviations: &[f64], values: &mut [f64]) -> Result<(), ShapeError> {
-        let parameters = self.uncertainty.map_or(0, |u| u.parameter_count());
-        if deviations.len() != parameters {
-            return Err(ShapeError { argument: "number of deviations", expected: parameters, found: deviations.len() });
-        }
-        self.evaluate_fit(x, values)?;
-        let Some(uncertainty) = self.uncertainty else { return Ok(()) };
-        let here = self.here(&uncertainty, x);
-        for (point, value) in values.iter_mut().enumerate() {
-            let direction = here.point(point);
-            *value += deviations.iter().enumerate().map(|(k, z)| direction.slope(k) * z).sum::<f64>();
-        }
-        Ok(())
-    }
-
     /// One limit at condition `x`, given the points' values there from [`Surrogate::bands`]. For a spread, the hottest
     /// and the coldest point there are compared. `None` if there is no limit with this index.
     #[must_use]
@@ -210,21 +138,6 @@ impl Surrogate<'_> {
         let own = limit.band(&known).total;
         let variance = (read * read + deviation * deviation) * own * own;
         Some(if variance > 0.0 { shared * shared / variance } else { 0.0 })
-    }
-
-    /// Uncertainty of the answers of this file, if the file states it.
-    #[must_use]
-    pub fn uncertainty(&self) -> Option<Uncertainty<'_>> {
-        self.uncertainty
-    }
-
-    pub(crate) fn fit_variance(&self, point: usize) -> f64 {
-        let fit = self.half_width(point) / NINETY_FIVE;
-        fit * fit
-    }
-
-    pub(crate) fn here<'h>(&'h self, uncertainty: &'h Uncertainty<'h>, x: &[f64]) -> Here<'h> {
-        Here::new(self, uncertainty, x)
     }
 }
 

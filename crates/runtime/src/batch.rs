@@ -4,9 +4,11 @@
 //! wide registers are full whatever the number of points. The order of additions follows [`Surrogate::evaluate`]: the
 //! values are equal to the last bit.
 
-use crate::evaluate::{BLOCK, POWERS, ShapeError, TRANSFORMS, check, kernel_values};
+use crate::evaluate::{BLOCK, POWERS, kernel_values};
 use crate::format::MAX_VARIABLES;
-use crate::surrogate::{Basis, Polynomial, Scaling, Surrogate};
+use crate::model::{Basis, Polynomial, Scaling, TRANSFORMS};
+use crate::shape::{ShapeError, check};
+use crate::surrogate::Surrogate;
 
 /// Number of conditions computed side by side (count): eight doubles fill one register of 512 bits or two of 256 bits.
 const LANES: usize = 8;

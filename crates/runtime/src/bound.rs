@@ -5,8 +5,12 @@ use core::f64::consts::TAU;
 
 use crate::math::{exp_minus, sqrt};
 use crate::normal::{exp_minus_signed, probability_below};
-use crate::together::{MOST_LIMITS, SAME};
 
+/// Largest number of limits whose dependence is followed (count): of more, those most likely broken. Chosen: the time
+/// grows with the square of the number, the loss is an upper bound added in full.
+pub(crate) const MOST_LIMITS: usize = 8;
+/// Correlation (dimensionless) from which on two limits count as limits of one quantity. Chosen: one but for rounding.
+pub(crate) const SAME: f64 = 1.0 - 1e-9;
 /// Nodes and weights (dimensionless) of the Gauss-Legendre rule with twelve nodes between 0 and 1.
 const RULE: [(f64, f64); 12] = [
     (0.009_219_682_876_640_378, 0.023_587_668_193_255_706),

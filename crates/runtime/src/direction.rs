@@ -1,12 +1,15 @@
 //! Dependence of a value, or of the difference of two, on the states at one condition.
 
 use crate::belief::Known;
+use crate::bytes::part;
+use crate::evaluate::Monomials;
 use crate::format::{MAX_PARAMETERS, MAX_POINTS};
 use crate::limit::LimitKind;
 use crate::math::sqrt;
+use crate::model::Indices;
 use crate::normal::NINETY_FIVE;
-use crate::surrogate::{Indices, Surrogate};
-use crate::uncertain::{Monomials, Uncertainty};
+use crate::surrogate::Surrogate;
+use crate::uncertain::Uncertainty;
 
 /// Number of points whose slopes are kept for a whole verdict (count). Chosen: room on the stack against repeated sums.
 const REMEMBERED: usize = 24;
@@ -69,13 +72,21 @@ pub(crate) struct Here<'h> {
     remembered: usize,
 }
 
-impl<'h> Here<'h> {
-    pub(crate) fn new(surrogate: &'h Surrogate<'h>, uncertainty: &'h Uncertainty<'h>, x: &[f64]) -> Self {
-        let away = uncertainty.growth * uncertainty.distance(surrogate, x);
-        let monomials = uncertainty.monomials(surrogate, x);
-        Self { surrogate, uncertainty, monomials, growth: away * away, slopes: [[0.0; MAX_PARAMETERS]; REMEMBERED], remembered: 0 }
+impl Surrogate<'_> {
+    pub(crate) fn here<'h>(&'h self, uncertainty: &'h Uncertainty<'h>, x: &[f64]) -> Here<'h> {
+        let away = uncertainty.growth * uncertainty.distance(self, x);
+        let monomials = self.monomials(&uncertainty.slope_terms, x);
+        let slopes = [[0.0; MAX_PARAMETERS]; REMEMBERED];
+        Here { surrogate: self, uncertainty, monomials, growth: away * away, slopes, remembered: 0 }
     }
 
+    pub(crate) fn fit_variance(&self, point: usize) -> f64 {
+        let fit = self.half_width(point) / NINETY_FIVE;
+        fit * fit
+    }
+}
+
+impl Here<'_> {
     /// Computes the slopes of the first points once, for all later uses.
     pub(crate) fn remember(&mut self) {
         self.remembered = self.surrogate.point_count().min(REMEMBERED);
@@ -134,6 +145,40 @@ impl<'h> Here<'h> {
             }
         }
         direction
+    }
+}
+
+impl Uncertainty<'_> {
+    /// Distance of a condition from the mean of the measured conditions, in halves of the fitted ranges; zero if no
+    /// measured condition is known.
+    fn distance(&self, surrogate: &Surrogate<'_>, x: &[f64]) -> f64 {
+        let rows = self.measured.len() / self.variables.max(1);
+        if rows == 0 {
+            return 0.0;
+        }
+        let mut square = 0.0;
+        for (v, x) in x.iter().enumerate().take(self.variables) {
+            let half = 0.5 * (surrogate.high(v) - surrogate.low(v));
+            let mean = (0..rows).map(|row| self.measured.at(row * self.variables + v)).sum::<f64>() / rows as f64;
+            let d = if half > 0.0 { (x - mean) / half } else { 0.0 };
+            square += d * d;
+        }
+        sqrt(square)
+    }
+
+    /// Adds `weight` times the slopes of a point to `slopes`.
+    fn add_slopes(&self, monomials: &Monomials, point: usize, weight: f64, slopes: &mut [f64; MAX_PARAMETERS]) {
+        let parameters = self.records.len();
+        let table = part(self.slopes.0, point * self.slope_terms.terms * parameters, self.slope_terms.terms * parameters);
+        if parameters == 0 {
+            return;
+        }
+        for (monomial, row) in monomials.values[..monomials.count].iter().zip(table.chunks_exact(parameters)) {
+            let factor = weight * monomial;
+            for (slope, entry) in slopes.iter_mut().zip(row) {
+                *slope += factor * f64::from_le_bytes(*entry);
+            }
+        }
     }
 }
 

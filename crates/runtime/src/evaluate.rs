@@ -1,16 +1,15 @@
-//! Values and gradients.
+//! Values and gradients of the fitted functions.
 //!
 //! Terms and centres are worked off in blocks that fit the stack. Monomials and kernels are computed
 //! once per block and shared by all points of a polynomial or basis, which then cost one
 //! multiplication and addition each.
 
-use core::fmt;
-
-use crate::belief::Known;
 use crate::bytes::Numbers;
-use crate::format::{MAX_DEGREE, MAX_VARIABLES};
-use crate::math::{exp_minus, exp_minus_all, ln, ln_normal, sqrt};
-use crate::surrogate::{Basis, Indices, Kernel, Polynomial, Scaling, Surrogate, Transform};
+use crate::format::{MAX_DEGREE, MAX_SLOPE_TERMS, MAX_VARIABLES};
+use crate::math::{exp_minus, exp_minus_all, ln_normal, sqrt};
+use crate::model::{Basis, Indices, Kernel, Polynomial, Scaling, TRANSFORMS, Transform};
+use crate::shape::{ShapeError, check};
+use crate::surrogate::Surrogate;
 
 /// Number of terms or centres worked on at a time (count). Chosen: a block fits a controller's stack.
 pub(crate) const BLOCK: usize = 128;
@@ -18,90 +17,15 @@ pub(crate) const BLOCK: usize = 128;
 pub(crate) const POWERS: usize = 16;
 const _: () = assert!(MAX_DEGREE < POWERS);
 
-/// Transforms in the order of their codes.
-pub(crate) const TRANSFORMS: [Transform; 3] = [Transform::Identity, Transform::Reciprocal, Transform::Log];
+type Scaled = [f64; MAX_VARIABLES];
 
-pub(crate) type Scaled = [f64; MAX_VARIABLES];
-
-/// A slice does not have the length the surrogate asks for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct ShapeError {
-    /// Name of the wrong argument.
-    pub argument: &'static str,
-    /// The length it must have, or the number it must stay under.
-    pub expected: usize,
-    /// The length or index that was given.
-    pub found: usize,
-}
-
-impl fmt::Display for ShapeError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: expected {}, found {}", self.argument, self.expected, self.found)
-    }
-}
-
-impl core::error::Error for ShapeError {}
-
-pub(crate) fn check(argument: &'static str, expected: usize, found: usize) -> Result<(), ShapeError> {
-    if expected == found { Ok(()) } else { Err(ShapeError { argument, expected, found }) }
-}
-
-impl Transform {
-    /// g(x)
-    #[inline(always)]
-    pub(crate) fn apply(self, x: f64) -> f64 {
-        match self {
-            Self::Identity => x,
-            Self::Reciprocal => 1.0 / x,
-            Self::Log => ln(x),
-        }
-    }
-
-    /// g'(x)
-    fn slope(self, x: f64) -> f64 {
-        match self {
-            Self::Identity => 1.0,
-            Self::Reciprocal => -1.0 / (x * x),
-            Self::Log => 1.0 / x,
-        }
-    }
+/// Monomials of terms that several polynomials have in common, at one condition.
+pub(crate) struct Monomials {
+    pub(crate) values: [f64; MAX_SLOPE_TERMS],
+    pub(crate) count: usize,
 }
 
 impl Surrogate<'_> {
-    /// The values of all points at condition `x`, given in the variables' units, into `values`, in the points' units.
-    /// Outside the fitted range the models extrapolate, and may give infinities or NaN; see [`Surrogate::in_domain`].
-    ///
-    /// # Errors
-    /// `x` does not have one value per variable, or `values` does not have one place per point.
-    pub fn evaluate(&self, x: &[f64], values: &mut [f64]) -> Result<(), ShapeError> {
-        self.evaluate_fit(x, values)?;
-        if let Some(uncertainty) = self.uncertainty.as_ref().filter(|own| !own.mean.is_empty()) {
-            let here = self.here(uncertainty, x);
-            for (point, value) in values.iter_mut().enumerate() {
-                *value += here.point(point).mean(&Known::File(uncertainty));
-            }
-        }
-        Ok(())
-    }
-
-    /// The correction that a controller adds at condition `x` to reach the intended position, one place per point: the
-    /// displacement of the point with the opposite sign, in its unit, and 0 for a point that is no displacement.
-    ///
-    /// # Errors
-    /// Errors of [`Surrogate::evaluate`].
-    pub fn offset(&self, x: &[f64], offsets: &mut [f64]) -> Result<(), ShapeError> {
-        self.evaluate(x, offsets)?;
-        for (point, value) in offsets.iter_mut().enumerate() {
-            *value = if self.is_displacement(point) { -*value } else { 0.0 };
-        }
-        Ok(())
-    }
-
-    /// Whether a point is a displacement: its unit is the micrometre, the unit of all displacements in this program.
-    pub fn is_displacement(&self, point: usize) -> bool {
-        self.point(point).is_some_and(|own| own.unit == "um")
-    }
-
     /// The values of all points without the knowledge of the parameters.
     pub(crate) fn evaluate_fit(&self, x: &[f64], values: &mut [f64]) -> Result<(), ShapeError> {
         check("number of variables", self.variables.len(), x.len())?;
@@ -131,16 +55,6 @@ impl Surrogate<'_> {
             }
         }
         Ok(())
-    }
-
-    /// The value of one point at condition `x`, equal to the last bit to [`Surrogate::evaluate`].
-    ///
-    /// # Errors
-    /// `x` does not have one value per variable, or the point does not exist.
-    pub fn evaluate_point(&self, x: &[f64], point: usize) -> Result<f64, ShapeError> {
-        let value = self.evaluate_fit_of(x, point)?;
-        let Some(uncertainty) = self.uncertainty.as_ref().filter(|own| !own.mean.is_empty()) else { return Ok(value) };
-        Ok(value + self.here(uncertainty, x).point(point).mean(&Known::File(uncertainty)))
     }
 
     /// The value of one point without the knowledge of the parameters.
@@ -191,7 +105,7 @@ impl Surrogate<'_> {
             self.chain(polynomial.transforms, x, &slopes, gradient);
         }
         if let Some(uncertainty) = self.uncertainty.as_ref().filter(|own| !own.mean.is_empty()) {
-            let (mut slopes, polynomial) = ([0.0; MAX_VARIABLES], uncertainty.polynomial());
+            let (mut slopes, polynomial) = ([0.0; MAX_VARIABLES], uncertainty.slope_terms);
             let u = pick(polynomial.transforms, &scaled);
             polynomial_slopes(&polynomial, |term| uncertainty.shift(point, term), &u, x.len(), &mut slopes);
             self.chain(polynomial.transforms, x, &slopes, gradient);
@@ -231,9 +145,17 @@ impl Surrogate<'_> {
         }
     }
 
+    /// Monomials of common terms at condition `x`.
+    pub(crate) fn monomials(&self, terms: &Polynomial<'_>, x: &[f64]) -> Monomials {
+        let mut all = Monomials { values: [0.0; MAX_SLOPE_TERMS], count: terms.terms.min(MAX_SLOPE_TERMS) };
+        let u = pick(terms.transforms, &self.scale(x));
+        monomials(terms, &u[..x.len().min(MAX_VARIABLES)], 0, &mut all.values[..all.count]);
+        all
+    }
+
     /// The scaled variables under each transform that a model uses.
     #[inline(always)]
-    pub(crate) fn scale(&self, x: &[f64]) -> [Scaled; 3] {
+    fn scale(&self, x: &[f64]) -> [Scaled; 3] {
         let mut scaled = [[0.0; MAX_VARIABLES]; 3];
         for (transform, (scaled, scaling)) in TRANSFORMS.into_iter().zip(scaled.iter_mut().zip(&self.scaling)) {
             for (x, (u, scaling)) in x.iter().zip(scaled.iter_mut().zip(scaling)) {
@@ -286,7 +208,7 @@ fn polynomial_slopes(polynomial: &Polynomial<'_>, coefficient: impl Fn(usize) ->
 }
 
 #[inline(always)]
-pub(crate) fn pick(transforms: &[u8], scaled: &[Scaled; 3]) -> Scaled {
+fn pick(transforms: &[u8], scaled: &[Scaled; 3]) -> Scaled {
     let mut u = [0.0; MAX_VARIABLES];
     for (v, (u, code)) in u.iter_mut().zip(transforms).enumerate() {
         *u = scaled[usize::from(*code).min(2)][v];
@@ -295,7 +217,7 @@ pub(crate) fn pick(transforms: &[u8], scaled: &[Scaled; 3]) -> Scaled {
 }
 
 /// The monomials of the terms from `start`, one per place of `out`.
-pub(crate) fn monomials(polynomial: &Polynomial<'_>, u: &[f64], start: usize, out: &mut [f64]) {
+fn monomials(polynomial: &Polynomial<'_>, u: &[f64], start: usize, out: &mut [f64]) {
     let bytes = u.len().div_ceil(2);
     let exponents = polynomial.exponents.get(start * bytes..).unwrap_or(&[]);
     match (bytes, polynomial.degree < 8) {

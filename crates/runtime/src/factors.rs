@@ -4,21 +4,11 @@
 
 use core::ops::{Add, Div, Mul, Sub};
 
-use crate::format::MAX_STATES;
+use crate::format::{MAX_STATES, POLE, WEIGHTS};
 
 /// Error of a step allowed at any point, in the points' unit. Chosen: far below the accuracy of sensors; time of a step
 /// against its error.
 const TOLERANCE: f64 = 1e-4;
-/// The pole (dimensionless): the root of g³ - 3 g² + 3/2 g - 1/6 for which the approximation is L-stable.
-const POLE: f64 = 0.435_866_521_508_459;
-/// Weights (dimensionless) of one, two and three solves: they match the exponential to second order, and with the pole
-/// to third.
-const WEIGHTS: [f64; 3] = {
-    let (first, second) = (1.0 / POLE, 0.5 / (POLE * POLE));
-    let third = second - first - (first - 1.0);
-    let two = first - 1.0 - 2.0 * third;
-    [1.0 - two - third, two, third]
-};
 /// Factor (dimensionless) on the third difference of the solves as an error estimate: the error of a scheme of second
 /// order.
 const ESTIMATE: f64 = 0.5;
@@ -73,7 +63,8 @@ pub(crate) fn advance<R: Real>(
     rates: &[States<R>; MAX_STATES],
     away: &mut States<R>,
     n: usize,
-    (duration, length): (R, R),
+    duration: R,
+    length: R,
     reach: impl Fn(usize) -> R,
 ) -> R {
     let (mut left, shortest, tolerance) = (duration, R::of(SHORTEST) * duration, R::of(TOLERANCE));

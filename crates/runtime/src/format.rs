@@ -1,4 +1,4 @@
-//! The byte layout, as numbers; `docs/surrogate-format.md` describes it in words.
+//! The byte layout and the scheme in time, as numbers; `docs/reference/surrogate-format.md` describes both in words.
 
 /// First eight bytes of a file; a transfer that rewrites line ends or strips bit 7 destroys them.
 pub const MAGIC: [u8; 8] = *b"\x89CPLATE\n";
@@ -61,6 +61,17 @@ pub const IN_TIME: [u8; 4] = *b"time";
 pub const IN_TIME_HEADER: usize = 32;
 /// Largest number of states that a machine has over time (count).
 pub const MAX_STATES: usize = 32;
+/// Pole of the steps over time (dimensionless), common to all readers: the root of g³ - 3 g² + 3/2 g - 1/6 for which the
+/// approximation of the exponential is L-stable (Nørsett 1974).
+pub const POLE: f64 = 0.435_866_521_508_459;
+/// Weights (dimensionless) of one, two and three solves in a step over time: they match the exponential to second order,
+/// and with the pole to third.
+pub const WEIGHTS: [f64; 3] = {
+    let (first, second) = (1.0 / POLE, 0.5 / (POLE * POLE));
+    let third = second - first - (first - 1.0);
+    let two = first - 1.0 - 2.0 * third;
+    [1.0 - two - third, two, third]
+};
 /// Bytes before the records of the section on the uncertainty of the answers.
 pub const UNCERTAIN_HEADER: usize = 24;
 /// Bytes of the checksum that ends the file.

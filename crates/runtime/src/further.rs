@@ -1,10 +1,11 @@
 //! The further sections of a file: their content, and every check of it.
 
 use crate::bytes::{Numbers, part, u16_at, u32_at};
+use crate::check::{Checked, OpenError, check_name, ensure, records, within};
 use crate::direction::Band;
 use crate::format::*;
-use crate::in_time::{InTime, Shared};
-use crate::open::{Checked, OpenError, check_name, ensure, records, within};
+use crate::in_time::InTime;
+use crate::model::Polynomial;
 use crate::surrogate::{Held, Surrogate};
 use crate::uncertain::{Scale, Uncertainty, packed};
 
@@ -105,10 +106,7 @@ fn uncertain(mut content: &[u8], variables: usize, points: usize) -> Result<Unce
         measured,
         mean,
         covariance,
-        transforms,
-        exponents: exponents.as_flattened(),
-        terms,
-        degree,
+        slope_terms: Polynomial::of_terms(transforms, exponents.as_flattened(), terms, degree),
         slopes,
         tests,
         points,
@@ -151,18 +149,8 @@ fn in_time(mut content: &[u8], variables: usize, points: usize) -> Result<InTime
     ensure(content.is_empty(), OpenError::Length)?;
     Ok(InTime {
         states,
-        steady: Shared {
-            transforms: part(head, 8, MAX_VARIABLES),
-            exponents: steady.as_flattened(),
-            terms: steady_terms,
-            degree: steady_degree,
-        },
-        moving: Shared {
-            transforms: part(head, 16, MAX_VARIABLES),
-            exponents: moving.as_flattened(),
-            terms: moving_terms,
-            degree: moving_degree,
-        },
+        steady: Polynomial::of_terms(part(head, 8, MAX_VARIABLES), steady.as_flattened(), steady_terms, steady_degree),
+        moving: Polynomial::of_terms(part(head, 16, MAX_VARIABLES), moving.as_flattened(), moving_terms, moving_degree),
         errors,
         reach,
         uniform,
@@ -180,9 +168,9 @@ impl<'a> Surrogate<'a> {
     /// Checks the section on the machine over time, and prepares the scaling of its variables.
     pub(crate) fn check_in_time(mut self) -> Result<Self, OpenError> {
         let Some(own) = self.in_time else { return Ok(self) };
-        for shared in [own.steady, own.moving] {
-            check_exponents(shared.exponents, self.variables.len(), shared.degree)?;
-            self.use_transforms(shared.transforms)?;
+        for terms in [own.steady, own.moving] {
+            check_exponents(&terms, self.variables.len())?;
+            self.use_transforms(terms.transforms)?;
         }
         ensure(own.errors.iter().chain(own.reach.iter()).all(|e| e >= 0.0), OpenError::Number("error over time"))?;
         check_covariance(own.states, own.spread)?;
@@ -252,10 +240,10 @@ impl<'a> Surrogate<'a> {
         ensure(end == uncertainty.text.len(), OpenError::Length)?;
         ensure((0..self.points.len()).all(|p| uncertainty.missed(p).0 >= 0.0), OpenError::Number("error of the model"))?;
         ensure(uncertainty.growth >= 0.0, OpenError::Number("growth of the model's error"))?;
-        check_exponents(uncertainty.exponents, uncertainty.variables, uncertainty.degree)?;
+        check_exponents(&uncertainty.slope_terms, uncertainty.variables)?;
         check_covariance(uncertainty.mean.len(), uncertainty.covariance)?;
         ensure(uncertainty.tests.len() == self.self_tests * self.points.len(), OpenError::Length)?;
-        self.use_transforms(uncertainty.transforms)?;
+        self.use_transforms(uncertainty.slope_terms.transforms)?;
         Ok(self)
     }
 
@@ -284,16 +272,16 @@ fn check_texts(text: &str, end: usize, [start, name, unit]: [usize; 3], what: [&
     Ok(start + name.len() + unit.len())
 }
 
-fn check_exponents(exponents: &[u8], variables: usize, stated: usize) -> Checked {
+fn check_exponents(terms: &Polynomial<'_>, variables: usize) -> Checked {
     let mut degree = 0;
-    for term in exponents.chunks_exact(variables.div_ceil(2).max(1)) {
+    for term in terms.exponents.chunks_exact(variables.div_ceil(2).max(1)) {
         let total = term.iter().map(|pair| usize::from(pair & 15) + usize::from(pair >> 4)).sum();
         ensure(total <= MAX_DEGREE, OpenError::Degree)?;
         let unpaired = variables % 2 == 1 && term.last().is_some_and(|pair| pair >> 4 != 0);
         ensure(!unpaired, OpenError::Reserved)?;
         degree = degree.max(total);
     }
-    ensure(degree == stated, OpenError::Degree)
+    ensure(degree == terms.degree, OpenError::Degree)
 }
 
 /// Checks that no variance is negative, and that no covariance exceeds its bound by two variances.

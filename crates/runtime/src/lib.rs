@@ -23,43 +23,60 @@
 //! build must reproduce. The time it takes is proportional to the size of the file. Evaluation is deterministic: a
 //! fixed order of IEEE 754 additions and multiplications, equal on every platform.
 //!
+//! * [`Surrogate`]: an opened file; every question is asked of it.
+//! * [`Verdict`], [`LimitValue`]: whether a condition is acceptable, by bands; [`Chance`], [`LimitChance`]: with a
+//!   probability. [`Acceptability`] is the answer of both.
+//! * [`Uncertainty`], [`Parameter`], [`Band`]: what the answers leave open, and why.
+//! * [`Belief`], [`Reading`]: knowledge of the machine's parameters, and readings that improve it.
+//! * [`State`], [`SingleState`]: the machine over time, in double and in single precision.
+//! * [`Polynomial`], [`Basis`]: the fitted functions, for exporters.
+//!
 //! The bounds a file must keep are the `MAX_` constants of [`format`].
 #![no_std]
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
+mod acceptability;
 mod assess;
+mod bands;
 mod batch;
 mod belief;
 mod bound;
 mod bytes;
+mod check;
 mod direction;
 mod evaluate;
 mod factors;
 pub mod format;
 mod further;
 mod in_time;
+mod learn;
 mod limit;
 mod math;
+mod model;
 mod normal;
 mod open;
+mod shape;
 mod single;
+mod step;
 mod surrogate;
 mod together;
 mod uncertain;
 mod verdict;
 
-pub use assess::{Chance, LimitChance};
+pub use acceptability::{Acceptability, CONFIDENCE, Chance, LimitChance, LimitValue, Verdict};
 pub use batch::Room;
-pub use belief::{Belief, LearnError, Reading, Surprise};
+pub use belief::Belief;
 pub use bytes::Numbers;
+pub use check::OpenError;
 pub use direction::Band;
-pub use evaluate::ShapeError;
-pub use in_time::{InTime, State, StepError};
+pub use in_time::InTime;
+pub use learn::{LearnError, Reading, Surprise};
 pub use limit::LimitKind;
+pub use model::{Basis, Indices, Kernel, Polynomial, Scaling, Transform};
 pub use normal::{NINETY_FIVE, probability_above_chi_square, probability_below};
-pub use open::OpenError;
+pub use shape::ShapeError;
 pub use single::{Single, SingleState};
-pub use surrogate::{Basis, Held, Indices, Kernel, Limit, Point, Polynomial, Scaling, SelfTest, Surrogate, Transform, Variable};
+pub use step::{State, StepError};
+pub use surrogate::{Held, Limit, Point, SelfTest, Surrogate, Variable};
 pub use uncertain::{Origin, Parameter, Scale, Uncertainty};
-pub use verdict::{Acceptability, CONFIDENCE, LimitValue, Verdict};

@@ -4,10 +4,12 @@
 //! States are moved and points are read in single precision. The parts that depend on the condition alone, the few
 //! dozen terms of its polynomials and the steady values, are computed in double precision and then rounded.
 
-use crate::evaluate::ShapeError;
+use crate::evaluate::Monomials;
 use crate::factors::{States, advance, dot};
 use crate::format::{MAX_POINTS, MAX_SLOPE_TERMS, MAX_STATES};
-use crate::in_time::{InTime, State, StepError, Terms};
+use crate::in_time::InTime;
+use crate::shape::ShapeError;
+use crate::step::{State, StepError};
 use crate::surrogate::Surrogate;
 
 /// The machine over time of a surrogate, with numbers rounded to single precision in memory of the caller.
@@ -45,8 +47,8 @@ struct Rounded {
     count: usize,
 }
 
-impl From<Terms> for Rounded {
-    fn from(terms: Terms) -> Self {
+impl From<Monomials> for Rounded {
+    fn from(terms: Monomials) -> Self {
         Self { values: terms.values.map(|x| x as f32), count: terms.count }
     }
 }
@@ -86,7 +88,7 @@ impl Single<'_, '_> {
             return Err(StepError::Number);
         }
         let (n, steady) = (own.states, self.steady_states(x));
-        let terms = Rounded::from(self.surrogate.terms_at(&own.moving, x));
+        let terms = Rounded::from(self.surrogate.monomials(&own.moving, x));
         let mut rates = [[0.0; MAX_STATES]; MAX_STATES];
         for (monomial, all) in terms.values[..terms.count].iter().zip(self.rates().chunks_exact((n * n).max(1))) {
             for (column, coefficients) in rates.iter_mut().zip(all.chunks_exact(n.max(1))) {
@@ -95,7 +97,7 @@ impl Single<'_, '_> {
         }
         let mut away = self.away(state, &steady);
         let reach = self.part(own.steady_coefficients.len() + own.rates.len() + own.outputs.len(), n);
-        state.length = advance(&rates, &mut away, n, (duration, state.length), |k| reach.get(k).copied().unwrap_or(0.0));
+        state.length = advance(&rates, &mut away, n, duration, state.length, |k| reach.get(k).copied().unwrap_or(0.0));
         for (value, (away, steady)) in state.values.iter_mut().zip(away.iter().zip(&steady)).take(n) {
             *value = steady + away;
         }
@@ -114,7 +116,7 @@ impl Single<'_, '_> {
             return Err(ShapeError { argument: "number of values", expected: steady.len(), found: values.len() }.into());
         }
         self.surrogate.evaluate(x, steady)?;
-        let terms = Rounded::from(self.surrogate.terms_at(&own.moving, x));
+        let terms = Rounded::from(self.surrogate.monomials(&own.moving, x));
         let away = self.away(state, &self.steady_states(x));
         let (n, first) = (own.states, own.steady_coefficients.len() + own.rates.len());
         for (point, (value, steady)) in values.iter_mut().zip(steady.iter()).enumerate() {
@@ -134,7 +136,7 @@ impl Single<'_, '_> {
     }
 
     fn steady_states(&self, x: &[f64]) -> States<f32> {
-        let terms = Rounded::from(self.surrogate.terms_at(&self.own.steady, x));
+        let terms = Rounded::from(self.surrogate.monomials(&self.own.steady, x));
         let mut values = [0.0; MAX_STATES];
         combine(self.part(0, self.own.steady_coefficients.len()), self.own.states, &terms, &mut values);
         values

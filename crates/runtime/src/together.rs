@@ -1,20 +1,14 @@
 //! The probability that several limits are kept together.
 
-use crate::assess::{Chance, LimitChance};
-use crate::bound::Breaking;
+use crate::acceptability::{Acceptability, Chance, LimitChance, judged};
+use crate::bound::{Breaking, MOST_LIMITS, SAME};
 use crate::math::sqrt;
 use crate::normal::{density, probability_below};
 use crate::surrogate::Surrogate;
-use crate::verdict::{Acceptability, judged};
 
-/// Largest number of limits whose dependence is followed (count): of more, those most likely broken. Chosen: the time
-/// grows with the square of the number, the loss is an upper bound added in full.
-pub(crate) const MOST_LIMITS: usize = 8;
 /// Probability of being broken below which the dependence of a limit on others is ignored. Chosen: far below one minus
 /// any confidence in use.
 const NEGLIGIBLE: f64 = 1e-12;
-/// Correlation (dimensionless) from which on two limits count as limits of one quantity. Chosen: one but for rounding.
-pub(crate) const SAME: f64 = 1.0 - 1e-9;
 
 impl Surrogate<'_> {
     /// The verdict on all limits together, from the probability of each and the covariance of pairs.

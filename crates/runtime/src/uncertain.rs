@@ -11,11 +11,10 @@
 //!
 //! with the fitted function f, its error, and an error that grows with the distance from the measured conditions.
 
-use crate::bytes::{Numbers, part, u16_at, u32_at};
-use crate::evaluate::{monomials, pick};
-use crate::format::{MAX_PARAMETERS, MAX_SLOPE_TERMS, MAX_VARIABLES, MEDIUM_RECORD};
-use crate::math::{exp_minus, ln, sqrt};
-use crate::surrogate::{Polynomial, Surrogate, Transform};
+use crate::bytes::{Numbers, u16_at, u32_at};
+use crate::format::MEDIUM_RECORD;
+use crate::math::{exp_minus, ln};
+use crate::model::{Polynomial, Transform};
 
 /// Relation between a parameter's value and its standardised deviation z.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -111,10 +110,8 @@ pub struct Uncertainty<'a> {
     /// distribution.
     pub(crate) mean: Numbers<'a>,
     pub(crate) covariance: Numbers<'a>,
-    pub(crate) transforms: &'a [u8],
-    pub(crate) exponents: &'a [u8],
-    pub(crate) terms: usize,
-    pub(crate) degree: usize,
+    /// Terms of the slopes.
+    pub(crate) slope_terms: Polynomial<'a>,
     /// Point by point, term by term, one coefficient per parameter, in the point's unit per standard deviation.
     pub(crate) slopes: Numbers<'a>,
     /// The standard deviation of every point at the conditions of the self-tests.
@@ -169,19 +166,19 @@ impl<'a> Uncertainty<'a> {
     /// Number of terms of the slopes.
     #[must_use]
     pub fn terms(&self) -> usize {
-        self.terms
+        self.slope_terms.terms
     }
 
     /// Exponent of a variable in a term of the slopes; zero if the term or variable does not exist.
     #[must_use]
     pub fn exponent(&self, term: usize, variable: usize) -> u8 {
-        self.polynomial().exponent(term, variable)
+        self.slope_terms.exponent(term, variable)
     }
 
     /// Transform of variable `index` in the slopes.
     #[must_use]
     pub fn transform(&self, index: usize) -> Transform {
-        self.polynomial().transform(index)
+        self.slope_terms.transform(index)
     }
 
     /// Coefficient of a term of a point's slope along a parameter, in the point's unit per standard deviation; zero if
@@ -189,8 +186,8 @@ impl<'a> Uncertainty<'a> {
     #[must_use]
     pub fn slope_coefficient(&self, point: usize, term: usize, parameter: usize) -> f64 {
         let parameters = self.records.len();
-        let exists = point < self.points && term < self.terms && parameter < parameters;
-        if exists { self.slopes.at((point * self.terms + term) * parameters + parameter) } else { 0.0 }
+        let exists = point < self.points && term < self.slope_terms.terms && parameter < parameters;
+        if exists { self.slopes.at((point * self.slope_terms.terms + term) * parameters + parameter) } else { 0.0 }
     }
 
     /// Relative growth of the model error per half of a fitted range away from the mean of the measured conditions
@@ -211,10 +208,6 @@ impl<'a> Uncertainty<'a> {
         if self.mean.is_empty() { None } else { Some((self.mean, self.covariance)) }
     }
 
-    pub(crate) fn polynomial(&self) -> Polynomial<'a> {
-        Polynomial::of_terms(self.transforms, self.exponents, self.terms, self.degree)
-    }
-
     /// Coefficient of a term in the contribution of the parameters' mean to a point.
     pub(crate) fn shift(&self, point: usize, term: usize) -> f64 {
         (0..self.records.len()).map(|k| self.slope_coefficient(point, term, k) * self.mean.at(k)).sum()
@@ -232,59 +225,12 @@ impl<'a> Uncertainty<'a> {
         packed(self.states(), 0)
     }
 
-    /// Distance of a condition from the mean of the measured conditions, in halves of the fitted ranges; zero if no
-    /// measured condition is known.
-    pub(crate) fn distance(&self, surrogate: &Surrogate<'_>, x: &[f64]) -> f64 {
-        let rows = self.measured.len() / self.variables.max(1);
-        if rows == 0 {
-            return 0.0;
-        }
-        let mut square = 0.0;
-        for (v, x) in x.iter().enumerate().take(self.variables) {
-            let half = 0.5 * (surrogate.high(v) - surrogate.low(v));
-            let mean = (0..rows).map(|row| self.measured.at(row * self.variables + v)).sum::<f64>() / rows as f64;
-            let d = if half > 0.0 { (x - mean) / half } else { 0.0 };
-            square += d * d;
-        }
-        sqrt(square)
-    }
-
-    /// The monomials of the slopes at a condition.
-    pub(crate) fn monomials(&self, surrogate: &Surrogate<'_>, x: &[f64]) -> Monomials {
-        let mut all = Monomials { values: [0.0; MAX_SLOPE_TERMS], count: self.terms.min(MAX_SLOPE_TERMS) };
-        let polynomial = self.polynomial();
-        let u = pick(self.transforms, &surrogate.scale(x));
-        monomials(&polynomial, &u[..x.len().min(MAX_VARIABLES)], 0, &mut all.values[..all.count]);
-        all
-    }
-
-    /// Adds `weight` times the slopes of a point to `slopes`.
-    pub(crate) fn add_slopes(&self, monomials: &Monomials, point: usize, weight: f64, slopes: &mut [f64; MAX_PARAMETERS]) {
-        let parameters = self.records.len();
-        let table = part(self.slopes.0, point * self.terms * parameters, self.terms * parameters);
-        if parameters == 0 {
-            return;
-        }
-        for (monomial, row) in monomials.values[..monomials.count].iter().zip(table.chunks_exact(parameters)) {
-            let factor = weight * monomial;
-            for (slope, entry) in slopes.iter_mut().zip(row) {
-                *slope += factor * f64::from_le_bytes(*entry);
-            }
-        }
-    }
-
     /// Model error at a point, alone and in common with all points: standard deviations in the point's unit; zero if
     /// the point does not exist.
     #[must_use]
     pub fn missed(&self, point: usize) -> (f64, f64) {
         (self.misses.at(2 * point), self.misses.at(2 * point + 1))
     }
-}
-
-/// Monomials of the slopes at one condition.
-pub(crate) struct Monomials {
-    values: [f64; MAX_SLOPE_TERMS],
-    count: usize,
 }
 
 /// Index of the entry (i, j), j at most i, in a packed lower triangle.

@@ -1,68 +1,14 @@
 //! Limits and the verdict on a condition.
 
-use crate::assess::LimitChance;
+use crate::acceptability::{Acceptability, CONFIDENCE, LimitChance, LimitValue, Verdict, judged};
 use crate::bytes::Numbers;
-use crate::evaluate::ShapeError;
 use crate::format::{MAX_POINTS, MEDIUM_RECORD};
 use crate::limit::LimitKind;
-use crate::surrogate::{Indices, Surrogate};
-
-/// Probability for a verdict if the caller states none (dimensionless). Chosen: the usual confidence.
-pub const CONFIDENCE: f64 = 0.95;
-
-/// Whether a condition, or one limit at it, is acceptable; the numbers ascend with severity.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Acceptability {
-    /// Every limit is kept even at the upper end of its band.
-    Acceptable = 0,
-    /// Too close to call, outside the fitted range, not a number, or no limit to judge by.
-    Uncertain = 1,
-    /// Some limit is broken even at the lower end of its band.
-    NotAcceptable = 2,
-}
-
-/// One limit at one condition, in the points' unit.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LimitValue {
-    /// The limited quantity.
-    pub value: f64,
-    /// Lower end of the quantity's band.
-    pub low: f64,
-    /// Upper end of the quantity's band.
-    pub high: f64,
-    /// The largest value allowed.
-    pub maximum: f64,
-    /// `maximum - value`: positive where the limit is kept.
-    pub margin: f64,
-    /// Verdict of this limit alone, inside the fitted range.
-    pub state: Acceptability,
-}
-
-/// The verdict on a condition.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Verdict {
-    /// The verdict.
-    pub state: Acceptability,
-    /// True if every variable lies within its fitted range.
-    pub in_domain: bool,
-    /// The deciding limit: among the limits in the worst state, the one with the smallest margin. `None` without
-    /// limits.
-    pub binding: Option<usize>,
-    /// Value of the binding limit; NaN without one, or if the models give no number.
-    pub value: f64,
-    /// Margin of the binding limit; NaN if its value is NaN.
-    pub margin: f64,
-}
+use crate::model::Indices;
+use crate::shape::ShapeError;
+use crate::surrogate::Surrogate;
 
 impl Surrogate<'_> {
-    /// True if `x` has one value per variable and each lies within its fitted range, ends included.
-    #[must_use]
-    pub fn in_domain(&self, x: &[f64]) -> bool {
-        let ranges = self.numbers.part(0, 2 * self.variables.len()).0.as_chunks::<2>().0;
-        let inside = |([low, high], x): (&[[u8; 8]; 2], &f64)| f64::from_le_bytes(*low) <= *x && *x <= f64::from_le_bytes(*high);
-        x.len() == ranges.len() && ranges.iter().zip(x).all(inside)
-    }
-
     /// The verdict at condition `x`, in the variables' units.
     ///
     /// Acceptable if every limit is kept at the upper end of its band; not acceptable if one is broken at the lower end
@@ -210,17 +156,6 @@ fn greater(a: f64, b: f64) -> f64 {
 
 fn lesser(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
-}
-
-/// Verdict from the probability that the limits are kept; uncertain for a probability that is no number.
-pub(crate) fn judged(probability: f64, confidence: f64) -> Acceptability {
-    if probability >= confidence {
-        Acceptability::Acceptable
-    } else if probability <= 1.0 - confidence {
-        Acceptability::NotAcceptable
-    } else {
-        Acceptability::Uncertain
-    }
 }
 
 /// Verdict of one limit. Comparisons with NaN are false and make it uncertain; a value that has overflown is never

@@ -17,6 +17,7 @@ mod metrics;
 mod openapi;
 mod routes;
 mod settings;
+mod site;
 
 use std::io;
 use std::net::SocketAddr;
@@ -34,7 +35,7 @@ pub use settings::{Limits, Settings, Token};
 pub fn run(answers: impl Answers, settings: &Settings, listening: impl FnOnce(SocketAddr)) -> io::Result<()> {
     let threads = settings.limits.threads.max(1);
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(threads).enable_all().build()?;
-    let site = Arc::new(routes::Site::new(answers, settings));
+    let site = Arc::new(site::Site::new(answers, settings));
     let ended = runtime.block_on(async {
         let listener = tokio::net::TcpListener::bind(settings.address).await?;
         let end = door::told_to_end()?;

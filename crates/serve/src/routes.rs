@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use axum::Router;
-use axum::body::{Body, Bytes, to_bytes};
+use axum::body::{Body, to_bytes};
 use axum::extract::{Path, Query, State};
 use axum::http::header::{CACHE_CONTROL, CONTENT_SECURITY_POLICY, CONTENT_TYPE, X_CONTENT_TYPE_OPTIONS};
 use axum::http::{HeaderMap, Request};
@@ -11,11 +11,10 @@ use axum::middleware::from_fn_with_state;
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use serde_json::json;
-use tokio::sync::Semaphore;
 
 use crate::guard::guard;
-use crate::metrics::Metrics;
-use crate::{Answers, Ask, Limits, Refusal, Reply, Settings, Token, Work, openapi};
+use crate::site::Site;
+use crate::{Ask, Refusal, Reply, Work};
 
 /// Content type of JSON.
 const JSON: &str = "application/json";
@@ -27,43 +26,6 @@ const HTML: &str = "text/html; charset=utf-8";
 const OPEN_METRICS: &str = "application/openmetrics-text; version=1.0.0; charset=utf-8";
 /// Content policy of a page: it may use its own content, and nothing else.
 const ITSELF: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:";
-
-/// State common to all requests.
-pub(crate) struct Site {
-    answers: Box<dyn Answers>,
-    openapi: Bytes,
-    pub(crate) token: Option<Token>,
-    pub(crate) limits: Limits,
-    pub(crate) places: Semaphore,
-    /// Places for long work; work keeps its place even if nobody waits for it any more.
-    long: Arc<Semaphore>,
-    pub(crate) metrics: Metrics,
-}
-
-impl Site {
-    pub(crate) fn new(answers: impl Answers, settings: &Settings) -> Self {
-        let described = openapi::describe(answers.schemas(), settings.token.is_some());
-        Self {
-            openapi: Bytes::from(described.to_string()),
-            answers: Box::new(answers),
-            token: settings.token.clone(),
-            limits: settings.limits,
-            places: Semaphore::new(settings.limits.in_flight),
-            long: Arc::new(Semaphore::new(settings.limits.threads.max(1))),
-            metrics: Metrics::new(),
-        }
-    }
-
-    /// Reads the changed files of the answers again.
-    pub(crate) fn reread(&self) {
-        self.answers.reread();
-    }
-
-    fn missing(&self, name: &str) -> Refusal {
-        let known = self.answers.names().join(", ");
-        Refusal::new(404, format!("there is no surrogate '{name}'")).help(format!("there are: {known}"))
-    }
-}
 
 type Here = State<Arc<Site>>;
 

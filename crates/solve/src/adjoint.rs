@@ -4,15 +4,16 @@
 //! (see [`coldplate_network::slopes`]). Solves are by GMRES, preconditioned by one multigrid cycle on the solids and one pass along the
 //! streams: downstream for J, upstream for Jᵀ.
 
-use super::csr::{add_scaled, dot, norm};
+use super::csr::norm;
 use super::jacobian::Jacobian;
-use super::krylov::Hessenberg;
-use super::multigrid::{Multigrid, Workspace};
+use super::krylov::{DoubleBasis, Operator, Scratch, Status, Stopping, gmres};
+use super::multigrid::Multigrid;
+use super::newton::largest;
+use super::preconditioner::{downstream, upstream};
 use super::surfaces::surface_states;
 use super::system::{self, System};
-use coldplate_base::error::{Error, Result, Stop};
+use coldplate_base::error::Result;
 use coldplate_network::slopes::RankOne;
-use coldplate_network::stream::members;
 use coldplate_network::{Load, Network, StreamState};
 
 /// Largest relative residual with which a solution may be used, dimensionless. Chosen: exactness of the derivatives against solves that
@@ -21,13 +22,8 @@ const TOLERANCE: f64 = 1e-11;
 /// Relative residual that a solve aims at, dimensionless. Chosen below the rounding of J x, which ends the iteration first. Strong rows
 /// (water) dominate the norm, and a weakly connected part feels a residual that the norm hardly shows.
 const AIM: f64 = 1e-15;
-/// Least ratio of the residuals after and before one cycle of GMRES, dimensionless. Chosen: below it the recursive residual is no
-/// longer the true one.
-const CYCLE: f64 = 1e-12;
 /// Most Krylov iterations of a solve, a count. Chosen: time against solves that are refused.
 const MOST_KRYLOV: usize = 600;
-/// Vectors of the basis after which GMRES begins anew, a count. Chosen: memory against iterations.
-const RESTART: usize = 50;
 
 /// The derivative of the residual with respect to all temperatures, W/K, at one state. Rows and columns of
 /// nodes that are held at a temperature are those of the identity.
@@ -108,7 +104,7 @@ impl<'a> Tangent<'a> {
         let right: Vec<f64> = self.residual(self.network, load, temperatures)?.iter().map(|r| -r).collect();
         let step = self.solve(&right)?;
         temperatures.iter_mut().zip(&step).for_each(|(t, s)| *t += s);
-        Ok(step.iter().fold(0.0, |m: f64, s| m.max(s.abs())))
+        Ok(largest(&step))
     }
 
     /// y = J x
@@ -143,7 +139,7 @@ impl<'a> Tangent<'a> {
     /// Errors of [`Tangent::solve`].
     pub fn solve_within(&self, b: &[f64], aim: f64) -> Result<Vec<f64>> {
         let mut work = self.multigrid.workspace();
-        self.gmres(b, aim, |x, y| self.multiply(x, y), |r, z| self.downstream(r, z, &mut work))
+        self.solved(self, b, aim, |r, z| downstream(self.network, &self.streams, &self.multigrid, r, z, &mut work))
     }
 
     /// x with Jᵀ x = b.
@@ -160,123 +156,40 @@ impl<'a> Tangent<'a> {
     /// Errors of [`Tangent::solve`].
     pub fn solve_transposed_within(&self, b: &[f64], aim: f64) -> Result<Vec<f64>> {
         let mut work = self.multigrid.workspace();
-        self.gmres(b, aim, |x, y| self.multiply_transposed(x, y), |r, z| self.upstream(r, z, &mut work))
+        self.solved(&Transposed(self), b, aim, |r, z| upstream(self.network, &self.streams, &self.multigrid, r, z, &mut work))
     }
 
-    /// Preconditioner: solids by one V-cycle, then the water that follows from them.
-    fn downstream(&self, r: &[f64], z: &mut [f64], work: &mut Workspace) {
-        let solids = self.network.solids;
-        let (solid, water) = z.split_at_mut(solids);
-        self.multigrid.apply(&r[..solids], solid, work);
-        for s in self.network.circuits.iter().flat_map(|tree| members(&tree.layout)) {
-            let (stream, state) = (&self.network.streams[s], &self.streams[s]);
-            let first = stream.first_node as usize - solids;
-            let outlet = |u: &usize| water[self.network.streams[*u].outlet() as usize - solids];
-            let mut above: f64 = stream.upstream.iter().zip(&state.mixture).map(|(u, w)| w * outlet(u)).sum();
-            for (k, station) in stream.stations.iter().enumerate() {
-                let wall: f64 = station.cells.iter().map(|(n, w)| w * solid[*n]).sum();
-                let (rate, exchange) = (state.capacity_rate, state.exchange[k]);
-                let right = r[solids + first + k];
-                above = if rate > 0.0 { (right + (rate - exchange) * above + exchange * wall) / rate } else { right + wall };
-                water[first + k] = above;
-            }
-        }
+    /// x with A x = b for an operator with its preconditioner, to a relative residual `aim`.
+    fn solved(&self, operator: &impl Operator, b: &[f64], aim: f64, precondition: impl FnMut(&[f64], &mut [f64])) -> Result<Vec<f64>> {
+        let mut x = vec![0.0; b.len()];
+        let stopping = Stopping { tolerance: aim, settled: TOLERANCE, most: MOST_KRYLOV };
+        let found = gmres(operator, b, &mut x, stopping, &mut Scratch::<DoubleBasis>::default(), precondition);
+        let is_usable = found.status == Status::Converged || found.relative_residual <= TOLERANCE;
+        if is_usable { Ok(x) } else { Err(found.stopped("the linear solver of the derivatives")) }
+    }
+}
+
+impl Operator for Tangent<'_> {
+    fn multiply(&self, x: &[f64], y: &mut [f64]) {
+        self.multiply(x, y);
     }
 
-    /// Transposed preconditioner: the water against its flow, then solids by one V-cycle.
-    fn upstream(&self, r: &[f64], z: &mut [f64], work: &mut Workspace) {
-        let solids = self.network.solids;
-        let mut right = r.to_vec();
-        let (solid_right, water_right) = right.split_at_mut(solids);
-        let (solid, water) = z.split_at_mut(solids);
-        let order: Vec<usize> = self.network.circuits.iter().flat_map(|tree| members(&tree.layout)).collect();
-        for s in order.into_iter().rev() {
-            let (stream, state) = (&self.network.streams[s], &self.streams[s]);
-            let first = stream.first_node as usize - solids;
-            let rate = state.capacity_rate;
-            for (k, station) in stream.stations.iter().enumerate().rev() {
-                let exchange = state.exchange[k];
-                // Value of this node, and the coefficients by which it adds to the node above and to the cells of the wall.
-                let (own, carried, given) = if rate > 0.0 {
-                    (water_right[first + k] / rate, rate - exchange, exchange)
-                } else {
-                    (water_right[first + k], 0.0, 1.0)
-                };
-                water[first + k] = own;
-                station.cells.iter().for_each(|(n, w)| solid_right[*n] += given * w * own);
-                if k > 0 {
-                    water_right[first + k - 1] += carried * own;
-                } else {
-                    for (u, w) in stream.upstream.iter().zip(&state.mixture) {
-                        water_right[self.network.streams[*u].outlet() as usize - solids] += w * carried * own;
-                    }
-                }
-            }
-        }
-        self.multigrid.apply(solid_right, solid, work);
+    fn rounding(&self, x: &[f64]) -> f64 {
+        let scaled: Vec<f64> = self.diagonal.iter().zip(x).map(|(d, x)| d * x).collect();
+        2.0 * f64::EPSILON * norm(&scaled)
+    }
+}
+
+/// A tangent as its transposed operator.
+struct Transposed<'t, 'a>(&'t Tangent<'a>);
+
+impl Operator for Transposed<'_, '_> {
+    fn multiply(&self, x: &[f64], y: &mut [f64]) {
+        self.0.multiply_transposed(x, y);
     }
 
-    /// Restarted GMRES to a relative residual `aim` with right preconditioning, from zero (Saad, Iterative Methods, alg. 9.5).
-    fn gmres(
-        &self,
-        b: &[f64],
-        aim: f64,
-        multiply: impl Fn(&[f64], &mut [f64]),
-        mut precondition: impl FnMut(&[f64], &mut [f64]),
-    ) -> Result<Vec<f64>> {
-        let n = b.len();
-        let size = norm(b);
-        let (mut x, mut r, mut z, mut product) = (vec![0.0; n], b.to_vec(), vec![0.0; n], vec![0.0; n]);
-        let mut iterations = 0;
-        let mut before = f64::INFINITY;
-        loop {
-            let beta = norm(&r);
-            // No iteration brings the residual below the rounding of J x.
-            let scaled: Vec<f64> = self.diagonal.iter().zip(&x).map(|(d, x)| d * x).collect();
-            let target = (aim * size).max(2.0 * f64::EPSILON * norm(&scaled));
-            let has_settled = beta > 0.5 * before || iterations >= MOST_KRYLOV;
-            if beta <= target || (has_settled && beta <= TOLERANCE * size) {
-                return Ok(x);
-            }
-            before = beta;
-            if iterations >= MOST_KRYLOV || !beta.is_finite() {
-                return Err(Error::stopped(
-                    Stop::LinearSolver,
-                    format!(
-                        "the linear solver of the derivatives stopped at a relative residual of {:.2e} after {iterations} iterations",
-                        beta / size
-                    ),
-                ));
-            }
-            let mut basis: Vec<Vec<f64>> = vec![r.iter().map(|v| v / beta).collect()];
-            let mut hessenberg = Hessenberg::new(beta);
-            while hessenberg.len() < RESTART && iterations < MOST_KRYLOV {
-                precondition(&basis[hessenberg.len()], &mut z);
-                let mut w = vec![0.0; n];
-                multiply(&z, &mut w);
-                iterations += 1;
-                let mut h = Vec::with_capacity(basis.len());
-                for v in &basis {
-                    let projection = dot(v, &w);
-                    add_scaled(&mut w, -projection, v);
-                    h.push(projection);
-                }
-                let length = norm(&w);
-                let left = hessenberg.add(h, length);
-                if left <= (0.3 * target).max(CYCLE * beta) || length <= 1e-300 {
-                    break;
-                }
-                w.iter_mut().for_each(|v| *v /= length);
-                basis.push(w);
-            }
-            let y = hessenberg.weights();
-            let mut combination = vec![0.0; n];
-            basis.iter().zip(&y).for_each(|(v, weight)| add_scaled(&mut combination, *weight, v));
-            precondition(&combination, &mut z);
-            add_scaled(&mut x, 1.0, &z);
-            multiply(&x, &mut product);
-            r.iter_mut().zip(b.iter().zip(&product)).for_each(|(r, (b, p))| *r = b - p);
-        }
+    fn rounding(&self, x: &[f64]) -> f64 {
+        self.0.rounding(x)
     }
 }
 

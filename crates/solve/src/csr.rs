@@ -5,7 +5,7 @@
 
 use rayon::prelude::*;
 
-use coldplate_network::block::Real;
+use coldplate_network::block::BlockReal;
 
 /// Rows or entries handled by one task, a count. Chosen: cost of starting a task against balance between threads.
 pub const CHUNK: usize = 8192;
@@ -23,7 +23,7 @@ pub struct Csr<T = f64> {
     pub values: Vec<T>,
 }
 
-impl<T: Real> Csr<T> {
+impl<T: BlockReal> Csr<T> {
     /// Number of rows.
     pub fn rows(&self) -> usize {
         self.starts.len() - 1

@@ -67,11 +67,6 @@ impl Direct {
         self.matrix.rows()
     }
 
-    /// Number of entries of a factor.
-    pub fn entries(&self) -> usize {
-        self.pattern.len_val()
-    }
-
     /// Puts `rate` (1/s) times the capacity on the diagonal, in place of a rate set before.
     ///
     /// # Errors

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::csr::for_chunks;
 use coldplate_network::Network;
-use coldplate_network::block::{Profile, Real};
+use coldplate_network::block::{BlockReal, FaceCoefficients};
 
 /// Derivatives of the residual with respect to all temperatures, W/K.
 #[derive(Debug, Clone)]
@@ -27,7 +27,7 @@ pub struct Jacobian<'a> {
 #[derive(Debug, Clone)]
 pub(super) enum Conduction {
     /// Constant conductivity: heat is g times the difference.
-    Constant(Profile<f64>),
+    Constant(FaceCoefficients<f64>),
     /// Conductivity that changes with temperature: derivatives of the heat from a cell to the next one, W/K, by axis and cell.
     Varying {
         /// With respect to the cell's own temperature.
@@ -107,7 +107,7 @@ pub(super) struct SparseRows<T> {
     pub values: Vec<T>,
 }
 
-impl<T: Real> SparseRows<T> {
+impl<T: BlockReal> SparseRows<T> {
     /// The pattern that holds a set of (row, column) entries, with zero values.
     pub fn pattern(mut entries: Vec<(u32, u32)>) -> Self {
         entries.par_sort_unstable();

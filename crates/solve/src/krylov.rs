@@ -4,9 +4,7 @@ use rayon::prelude::*;
 
 use super::csr::{CHUNK, add_scaled, dot, dot_chunk, for_chunks, norm};
 use super::jacobian::Jacobian;
-
-/// Vectors of the basis after which GMRES begins anew, a count. Chosen: memory and products with the basis against iterations.
-const RESTART: usize = 12;
+use coldplate_base::error::{Error, Result, Stop};
 
 /// A linear operator.
 pub trait Operator {
@@ -17,6 +15,11 @@ pub trait Operator {
     fn residual(&self, x: &[f64], b: &[f64], r: &mut [f64]) {
         self.multiply(x, r);
         for_chunks(r, |first, part| part.iter_mut().zip(&b[first..]).for_each(|(r, b)| *r = b - *r));
+    }
+
+    /// Norm of the rounding error of A x, which no iteration brings the residual below; 0 where it does not matter.
+    fn rounding(&self, _x: &[f64]) -> f64 {
+        0.0
     }
 }
 
@@ -40,7 +43,7 @@ pub enum Status {
 
 /// Result of an iteration.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Outcome {
+pub struct KrylovResult {
     /// How the iteration stopped.
     pub status: Status,
     /// Matrix-vector products spent.
@@ -49,17 +52,29 @@ pub struct Outcome {
     pub relative_residual: f64,
 }
 
-impl Outcome {
+impl KrylovResult {
     /// Whether Newton's method cannot go on with the result. A step with a tenth of the residual left still helps.
     pub fn is_useless(&self) -> bool {
         self.status != Status::Converged && self.relative_residual > 0.1
+    }
+
+    /// This result, unless Newton's method cannot go on with it.
+    pub(super) fn useful(self) -> Result<Self> {
+        if self.is_useless() { Err(self.stopped("the linear solver")) } else { Ok(self) }
+    }
+
+    /// Error of a solver (as in "the linear solver") that stopped with this result.
+    pub(super) fn stopped(&self, solver: &str) -> Error {
+        let Self { relative_residual, iterations, .. } = self;
+        let what = format!("{solver} stopped at a relative residual of {relative_residual:.2e} after {iterations} iterations");
+        Error::stopped(Stop::LinearSolver, what)
     }
 }
 
 /// The small least-squares problem of GMRES, min |beta e_1 - H y|, kept triangular by Givens rotations
 /// (Saad, Iterative Methods for Sparse Linear Systems, section 6.5.3).
 #[derive(Debug)]
-pub struct Hessenberg {
+struct Hessenberg {
     columns: Vec<Vec<f64>>,
     rotations: Vec<Rotation>,
     right: Vec<f64>,
@@ -73,22 +88,17 @@ struct Rotation {
 
 impl Hessenberg {
     /// An empty problem whose right-hand side has length `beta`.
-    pub fn new(beta: f64) -> Self {
+    fn new(beta: f64) -> Self {
         Self { columns: Vec::new(), rotations: Vec::new(), right: vec![beta] }
     }
 
     /// Number of columns.
-    pub fn len(&self) -> usize {
+    fn len(&self) -> usize {
         self.columns.len()
     }
 
-    /// Whether no column was added yet.
-    pub fn is_empty(&self) -> bool {
-        self.columns.is_empty()
-    }
-
     /// Adds a column: the projections on the basis, and the `length` of the remainder. Returns the norm of the residual.
-    pub fn add(&mut self, mut projections: Vec<f64>, length: f64) -> f64 {
+    fn add(&mut self, mut projections: Vec<f64>, length: f64) -> f64 {
         let (j, h) = (self.columns.len(), &mut projections);
         for (i, Rotation { cosine: c, sine: s }) in self.rotations.iter().enumerate() {
             (h[i], h[i + 1]) = (c * h[i] + s * h[i + 1], -s * h[i] + c * h[i + 1]);
@@ -104,7 +114,7 @@ impl Hessenberg {
     }
 
     /// The weights of the basis vectors that leave the smallest residual.
-    pub fn weights(&self) -> Vec<f64> {
+    fn weights(&self) -> Vec<f64> {
         let m = self.columns.len();
         let mut y = vec![0.0; m];
         for i in (0..m).rev() {
@@ -123,7 +133,7 @@ pub fn conjugate_gradients(
     tolerance: f64,
     most: usize,
     mut precondition: impl FnMut(&[f64], &mut [f64]),
-) -> Outcome {
+) -> KrylovResult {
     let n = b.len();
     let target = tolerance * norm(b);
     x.fill(0.0);
@@ -149,74 +159,184 @@ pub fn conjugate_gradients(
     finish(matrix, b, x, target, iterations, most)
 }
 
-/// Vectors that [`gmres`] needs, kept from one solve to the next: new memory costs as much as a product.
-#[derive(Debug, Default)]
-pub struct Scratch {
-    double: [Vec<f64>; 3],
-    single: Vec<Vec<f32>>,
+/// Orthonormal vectors of one cycle of [`gmres`], from which its correction of the solution is combined.
+pub trait KrylovBasis: Default {
+    /// Vectors after which GMRES begins anew, a count.
+    const RESTART: usize;
+    /// Least ratio of the residuals after and before one cycle, dimensionless: below it the recursive residual is no longer the true
+    /// one.
+    const CYCLE: f64;
+    /// Recursive residual at which a cycle ends, over the one that the true residual must reach, dimensionless.
+    const MARGIN: f64;
+
+    /// Leaves no vector, and makes room for vectors of `length` entries.
+    fn clear(&mut self, length: usize);
+
+    /// Adds `v` over its norm; `v` becomes the vector as it is kept.
+    fn push(&mut self, v: &mut [f64], norm: f64);
+
+    /// Takes note of the last vector preconditioned; `z` becomes the vector as it is kept.
+    fn push_image(&mut self, z: &mut [f64]);
+
+    /// Subtracts from `w` its projections on the vectors; returns them and the norm of the remainder.
+    fn remove(&self, w: &mut [f64]) -> (Vec<f64>, f64);
+
+    /// Adds the vectors, weighted and preconditioned, to `x`; `z` is work space.
+    fn add_to(&self, x: &mut [f64], weights: &[f64], z: &mut [f64], precondition: &mut dyn FnMut(&[f64], &mut [f64]));
 }
 
-/// Restarted flexible GMRES, from zero (Saad, SIAM Journal on Scientific Computing 14 (1993) 461).
-///
-/// The basis and the preconditioned vectors are kept in single precision, which halves their memory; the
-/// products are formed in double precision with exactly the vectors kept, and each restart begins with the
-/// true residual, so that the solution is as accurate as the tolerance asks.
-pub fn gmres(
+/// Vectors that [`gmres`] needs, kept from one solve to the next: new memory costs as much as a product.
+#[derive(Debug, Default)]
+pub struct Scratch<B> {
+    double: [Vec<f64>; 3],
+    basis: B,
+}
+
+/// Stopping rule of [`gmres`].
+#[derive(Debug, Clone, Copy)]
+pub struct Stopping {
+    /// Relative residual aimed at, dimensionless.
+    pub tolerance: f64,
+    /// Relative residual at which the iteration ends once a cycle no longer halves the residual, dimensionless.
+    pub settled: f64,
+    /// Most matrix-vector products, a count.
+    pub most: usize,
+}
+
+/// Restarted GMRES with right preconditioning, from zero (Saad, Iterative Methods, alg. 9.5). Each cycle begins with the true residual,
+/// so that the solution is as accurate as the tolerance asks in any precision of the basis.
+pub fn gmres<B: KrylovBasis>(
     matrix: &impl Operator,
     b: &[f64],
     x: &mut [f64],
-    tolerance: f64,
-    most: usize,
-    scratch: &mut Scratch,
+    stopping: Stopping,
+    scratch: &mut Scratch<B>,
     mut precondition: impl FnMut(&[f64], &mut [f64]),
-) -> Outcome {
-    let Scratch { double: [r, z, w], single: spare } = scratch;
-    let target = tolerance * norm(b);
+) -> KrylovResult {
+    let Scratch { double: [r, z, w], basis } = scratch;
+    let size = norm(b);
     x.fill(0.0);
     r.clear();
     r.extend_from_slice(b);
     z.resize(b.len(), 0.0);
     w.resize(b.len(), 0.0);
-    spare.retain(|v| v.len() == b.len());
-    let (mut basis, mut images): (Vec<Vec<f32>>, Vec<Vec<f32>>) = (Vec::new(), Vec::new());
-    let mut iterations = 0;
-    while iterations < most {
+    let (mut iterations, mut before) = (0, f64::INFINITY);
+    loop {
         let beta = norm(r);
-        if beta <= target || !beta.is_finite() {
-            break;
+        let target = (stopping.tolerance * size).max(matrix.rounding(x));
+        let has_settled = beta > 0.5 * before && beta <= stopping.settled * size;
+        if beta <= target || has_settled || iterations >= stopping.most || !beta.is_finite() {
+            return outcome(beta, size, target, iterations, stopping.most);
         }
-        spare.append(&mut basis);
-        spare.append(&mut images);
-        basis.push(rounded(r, 1.0 / beta, spare.pop()));
+        before = beta;
+        basis.clear(b.len());
+        basis.push(r, beta);
         let mut hessenberg = Hessenberg::new(beta);
-        while hessenberg.len() < RESTART && iterations < most {
-            // r holds the last basis vector as it was rounded.
+        while hessenberg.len() < B::RESTART && iterations < stopping.most {
+            // r holds the last vector of the basis as it is kept.
             precondition(r, z);
-            images.push(rounded(z, 1.0, spare.pop()));
+            basis.push_image(z);
             matrix.multiply(z, w);
             iterations += 1;
-            let h = projections(&basis, w);
-            let length = subtract(&basis, &h, w);
-            let left = hessenberg.add(h, length);
-            // Single-precision bases carry no more digits than this within one restart.
-            if left <= target.max(1e-5 * beta) || length <= 1e-300 {
+            let (projections, length) = basis.remove(w);
+            let left = hessenberg.add(projections, length);
+            if left <= (B::MARGIN * target).max(B::CYCLE * beta) || length <= 1e-300 {
                 break;
             }
             std::mem::swap(r, w);
-            basis.push(rounded(r, 1.0 / length, spare.pop()));
+            basis.push(r, length);
         }
-        let y = hessenberg.weights();
+        basis.add_to(x, &hessenberg.weights(), z, &mut precondition);
+        matrix.residual(x, b, r);
+    }
+}
+
+/// Basis in double precision, orthogonalised vector by vector, for solves to rounding. Images are left out: the preconditioner acts once
+/// more on the combination of each cycle.
+#[derive(Debug, Default)]
+pub struct DoubleBasis(Vec<Vec<f64>>);
+
+impl KrylovBasis for DoubleBasis {
+    /// Chosen: memory against iterations.
+    const RESTART: usize = 50;
+    /// Chosen above the rounding of double precision.
+    const CYCLE: f64 = 1e-12;
+    /// Chosen: iterations against a further cycle.
+    const MARGIN: f64 = 0.3;
+
+    fn clear(&mut self, _: usize) {
+        self.0.clear();
+    }
+
+    fn push(&mut self, v: &mut [f64], norm: f64) {
+        v.iter_mut().for_each(|v| *v /= norm);
+        self.0.push(v.to_vec());
+    }
+
+    fn push_image(&mut self, _: &mut [f64]) {}
+
+    fn remove(&self, w: &mut [f64]) -> (Vec<f64>, f64) {
+        let one = |v: &Vec<f64>| {
+            let projection = dot(v, w);
+            add_scaled(w, -projection, v);
+            projection
+        };
+        (self.0.iter().map(one).collect(), norm(w))
+    }
+
+    fn add_to(&self, x: &mut [f64], weights: &[f64], z: &mut [f64], precondition: &mut dyn FnMut(&[f64], &mut [f64])) {
+        let mut combination = vec![0.0; x.len()];
+        self.0.iter().zip(weights).for_each(|(v, weight)| add_scaled(&mut combination, *weight, v));
+        precondition(&combination, z);
+        add_scaled(x, 1.0, z);
+    }
+}
+
+/// Basis in single precision, which halves its memory, with the preconditioned vector of each, so that the preconditioner may change
+/// from one to the next (flexible GMRES: Saad, SIAM Journal on Scientific Computing 14 (1993) 461). Products are formed in double
+/// precision with exactly the vectors kept.
+#[derive(Debug, Default)]
+pub struct SingleBasis {
+    vectors: Vec<Vec<f32>>,
+    images: Vec<Vec<f32>>,
+    /// Memory of earlier cycles.
+    spare: Vec<Vec<f32>>,
+}
+
+impl KrylovBasis for SingleBasis {
+    /// Chosen: memory and products with the basis against iterations.
+    const RESTART: usize = 12;
+    /// Chosen: single-precision bases carry no more digits within one cycle.
+    const CYCLE: f64 = 1e-5;
+    const MARGIN: f64 = 1.0;
+
+    fn clear(&mut self, length: usize) {
+        self.spare.append(&mut self.vectors);
+        self.spare.append(&mut self.images);
+        self.spare.retain(|v| v.len() == length);
+    }
+
+    fn push(&mut self, v: &mut [f64], norm: f64) {
+        self.vectors.push(rounded(v, 1.0 / norm, self.spare.pop()));
+    }
+
+    fn push_image(&mut self, z: &mut [f64]) {
+        self.images.push(rounded(z, 1.0, self.spare.pop()));
+    }
+
+    fn remove(&self, w: &mut [f64]) -> (Vec<f64>, f64) {
+        let projections = projections(&self.vectors, w);
+        let length = subtract(&self.vectors, &projections, w);
+        (projections, length)
+    }
+
+    fn add_to(&self, x: &mut [f64], weights: &[f64], _: &mut [f64], _: &mut dyn FnMut(&[f64], &mut [f64])) {
         for_chunks(x, |first, part| {
-            for (image, weight) in images.iter().zip(&y) {
+            for (image, weight) in self.images.iter().zip(weights) {
                 part.iter_mut().zip(&image[first..]).for_each(|(x, z)| *x += weight * f64::from(*z));
             }
         });
-        matrix.residual(x, b, r);
     }
-    spare.append(&mut basis);
-    spare.append(&mut images);
-    // r is the true residual: each cycle ends with it.
-    outcome(norm(r), norm(b), target, iterations, most)
 }
 
 /// `v` times `scale` in single precision, in the memory of a vector no longer needed; `v` becomes the rounded vector.
@@ -255,18 +375,18 @@ fn subtract(basis: &[Vec<f32>], h: &[f64], w: &mut [f64]) -> f64 {
 }
 
 /// Measures the true residual: the recursive one may have drifted.
-fn finish(matrix: &impl Operator, b: &[f64], x: &[f64], target: f64, iterations: usize, most: usize) -> Outcome {
+fn finish(matrix: &impl Operator, b: &[f64], x: &[f64], target: f64, iterations: usize, most: usize) -> KrylovResult {
     let mut r = vec![0.0; b.len()];
     matrix.residual(x, b, &mut r);
     outcome(norm(&r), norm(b), target, iterations, most)
 }
 
-fn outcome(residual: f64, size: f64, target: f64, iterations: usize, most: usize) -> Outcome {
+fn outcome(residual: f64, size: f64, target: f64, iterations: usize, most: usize) -> KrylovResult {
     let relative_residual = if size > 0.0 { residual / size } else { 0.0 };
     let status = match residual <= 2.0 * target || size == 0.0 {
         true => Status::Converged,
         false if iterations >= most => Status::MostIterations,
         false => Status::BreakDown,
     };
-    Outcome { status, iterations, relative_residual }
+    KrylovResult { status, iterations, relative_residual }
 }

@@ -15,11 +15,14 @@ mod jacobian;
 pub mod krylov;
 pub mod meshed;
 pub mod multigrid;
+mod newton;
+mod preconditioner;
 pub mod reachability;
 pub mod routes;
 pub mod sensitivity;
 mod state_table;
 mod steady;
+pub mod study;
 mod surfaces;
 mod system;
 mod tensor;
@@ -28,7 +31,7 @@ pub mod transient;
 pub use adjoint::Tangent;
 pub use jacobian::Jacobian;
 pub use state_table::Nearby;
-pub use steady::{BALANCE_TOLERANCE, Solution, Solver};
+pub use steady::{Solution, Solver, SteadySettings};
 pub use system::{Symmetric, System, entering_temperature, residual};
 
 /// Hash of the sources of this crate and of the lock file it was built with.

@@ -17,7 +17,7 @@ use super::system::Symmetric;
 use super::tensor::Transfer;
 use coldplate_base::error::Result;
 use coldplate_network::Block;
-use coldplate_network::block::Profile;
+use coldplate_network::block::FaceCoefficients;
 
 /// Rows at which the coarsest level is solved directly, a count. Chosen: number of levels against the cost of the decomposition.
 const COARSEST: usize = 400;
@@ -61,7 +61,7 @@ struct Level {
 #[derive(Debug, Clone)]
 enum Operator {
     /// The network itself.
-    Network { blocks: Vec<Block>, profiles: Vec<Profile<f32>>, rest: SparseRows<f32> },
+    Network { blocks: Vec<Block>, profiles: Vec<FaceCoefficients<f32>>, rest: SparseRows<f32> },
     /// Compressed rows.
     Rows(Csr<f32>),
 }
@@ -202,30 +202,9 @@ impl Multigrid {
         }
         self.coarsest.shift(rate)
     }
-
-    /// Rows of each level, finest first.
-    pub fn sizes(&self) -> Vec<usize> {
-        self.levels.iter().map(|l| l.own.len()).chain([self.coarsest.rows()]).collect()
-    }
-
-    /// Entries of all levels over entries of the finest; a structured cell counts as seven.
-    pub fn operator_complexity(&self) -> f64 {
-        let entries: Vec<f64> = self.levels.iter().map(Level::entries).collect();
-        match entries.first() {
-            Some(first) => (entries.iter().sum::<f64>() + self.coarsest.entries() as f64) / first,
-            None => 1.0,
-        }
-    }
 }
 
 impl Level {
-    fn entries(&self) -> f64 {
-        match &self.operator {
-            Operator::Network { blocks, rest, .. } => blocks.iter().map(|b| 7.0 * b.len() as f64).sum::<f64>() + rest.values.len() as f64,
-            Operator::Rows(matrix) => matrix.values.len() as f64,
-        }
-    }
-
     /// The rows of A x from `first` on.
     fn product(&self, first: usize, x: &[f32], part: &mut [f32]) {
         let range = first..first + part.len();
@@ -304,7 +283,7 @@ impl Level {
 }
 
 /// Conductance between neighbours along each axis, W/K, at both ends of the first one.
-fn end_conductances(profile: &Profile<f64>) -> [[f64; 3]; 2] {
+fn end_conductances(profile: &FaceCoefficients<f64>) -> [[f64; 3]; 2] {
     let n = profile[1].len();
     // A line of one cell has no face within.
     let face = |i: usize| if n > 1 { profile[0][i] } else { 0.0 };
@@ -314,7 +293,8 @@ fn end_conductances(profile: &Profile<f64>) -> [[f64; 3]; 2] {
 /// The finest level, from the network itself.
 fn network_level(matrix: &Symmetric<'_>, capacity: &[f64], transfer: Transfer) -> Level {
     let rows = matrix.to_given.len();
-    let profiles: Vec<Profile<f32>> = matrix.profiles.iter().map(|p| p.each_ref().map(|g| g.iter().map(|g| *g as f32).collect())).collect();
+    let profiles: Vec<FaceCoefficients<f32>> =
+        matrix.profiles.iter().map(|p| p.each_ref().map(|g| g.iter().map(|g| *g as f32).collect())).collect();
     let rest = SparseRows::of_entries(matrix.couplings.iter().flat_map(|(a, b, g)| [(*a, *b, -*g as f32), (*b, *a, -*g as f32)]).collect());
     let mut own: Vec<f64> = matrix.to_given.clone();
     for (a, b, g) in &matrix.couplings {
@@ -343,7 +323,7 @@ fn has_short_lines(blocks: &[Block]) -> bool {
     blocks.iter().map(Block::len).sum::<usize>() < SHORT * lines
 }
 
-fn conduction_diagonal(rows: usize, blocks: &[Block], profiles: &[Profile<f32>]) -> Vec<f32> {
+fn conduction_diagonal(rows: usize, blocks: &[Block], profiles: &[FaceCoefficients<f32>]) -> Vec<f32> {
     let mut diagonal = vec![0.0f32; rows];
     for (block, profile) in blocks.iter().zip(profiles) {
         for_chunks(&mut diagonal[block.nodes()], |first, part| {

@@ -10,12 +10,12 @@ const ROOM: f64 = 300.0;
 
 /// The connected pieces of a network's solids.
 #[derive(Debug, Clone)]
-pub struct Pieces {
+pub struct ConnectedPieces {
     /// Piece of every solid node, by one of its nodes.
     of: Vec<u32>,
 }
 
-impl Pieces {
+impl ConnectedPieces {
     /// Pieces of a network: nodes joined by anything that conducts or radiates belong together.
     pub fn new(network: &Network) -> Self {
         Self::with(network, &ContactFactors::default())

@@ -3,9 +3,9 @@
 use rayon::prelude::*;
 
 use super::anchors::Anchors;
-use super::krylov::Scratch;
 use super::multigrid::Workspace;
-use super::steady::{BEND, LAG, Solver, hold};
+use super::newton::largest;
+use super::steady::{Solver, SteadySettings};
 use coldplate_base::error::Result;
 use coldplate_base::progress::Silent;
 use coldplate_network::{Load, Network, StreamState};
@@ -83,10 +83,10 @@ impl<'a> Nearby<'a> {
 
     /// One state of a table.
     fn beside(&self, known: &Anchors, load: &Load, start: &[f64], within: f64) -> Result<Vec<f64>> {
-        let Solver { network, system, multigrid, .. } = &self.solver;
-        let mut work = (multigrid.workspace(), Scratch::default());
+        let Solver { network, system, settings: SteadySettings { bend, .. }, .. } = &self.solver;
+        let mut work = self.solver.work_space();
         let mut state = start.to_vec();
-        hold(network, load, &mut state);
+        network.hold(load, &mut state);
         let mut here = self.open(load, &state)?;
         let mut matrix = system.jacobian(network, load, &here.streams, &state);
         // How far the state has moved since the matrix was made, K.
@@ -94,14 +94,14 @@ impl<'a> Nearby<'a> {
         if !known.is_empty() {
             let before = state.clone();
             known.seen_by(&matrix).improve(&here.residual, &mut state);
-            hold(network, load, &mut state);
+            network.hold(load, &mut state);
             since = farthest(&before, &state);
             here = self.open(load, &state)?;
         }
         let mut step = vec![0.0; network.nodes];
         for _ in 0..MOST_STEPS {
             let right: Vec<f64> = here.residual.iter().map(|r| -r).collect();
-            let error = self.error(&here.streams, &right, &mut step, &mut work.0);
+            let error = self.error(&here.streams, &right, &mut step, &mut work.cycle);
             if SURE * error <= within {
                 network.check_coolant(load, &state)?;
                 return Ok(state);
@@ -109,12 +109,12 @@ impl<'a> Nearby<'a> {
             if !error.is_finite() || error > LARGEST_STEP || since > LARGEST_STEP {
                 break;
             }
-            if SURE * BEND * since * error > within {
+            if SURE * bend * since * error > within {
                 (matrix, since) = (system.jacobian(network, load, &here.streams, &state), 0.0);
             }
-            let aim = (0.5 * within / (SURE * error)).max(0.1 * BEND * error).clamp(REDUCED.0, REDUCED.1);
+            let aim = (0.5 * within / (SURE * error)).max(0.1 * bend * error).clamp(REDUCED.0, REDUCED.1);
             let outcome = self.solver.linear(&matrix, &here.streams, &right, &mut step, aim, &mut work);
-            let moved = step.iter().fold(0.0, |m: f64, s| m.max(s.abs()));
+            let moved = largest(&step);
             if outcome.is_useless() || !moved.is_finite() || moved > LARGEST_STEP {
                 break;
             }
@@ -147,22 +147,22 @@ impl<'a> Nearby<'a> {
     /// # Errors
     /// Errors of [`Solver::steady`].
     pub fn temperatures(&self, load: &Load, start: &[f64], within: f64) -> Result<Vec<f64>> {
-        let Solver { network, system, multigrid, .. } = &self.solver;
+        let Solver { network, system, settings, .. } = &self.solver;
         let mut temperatures = start.to_vec();
-        hold(network, load, &mut temperatures);
-        let mut work = (multigrid.workspace(), Scratch::default());
+        network.hold(load, &mut temperatures);
+        let mut work = self.solver.work_space();
         let mut step = vec![0.0; network.nodes];
         for _ in 0..MOST_STEPS {
             let streams = network.stream_states(load, &temperatures)?;
             let right: Vec<f64> = system.residual(network, load, &streams, &temperatures).iter().map(|r| -r).collect();
             let matrix = system.jacobian(network, load, &streams, &temperatures);
             let outcome = self.solver.linear(&matrix, &streams, &right, &mut step, LINEAR_TOLERANCE, &mut work);
-            let moved = step.iter().fold(0.0, |m: f64, s| m.max(s.abs()));
+            let moved = largest(&step);
             if outcome.is_useless() || !moved.is_finite() || moved > LARGEST_STEP {
                 break;
             }
             temperatures.iter_mut().zip(&step).for_each(|(t, s)| *t += s);
-            if moved * (LAG * LINEAR_TOLERANCE + BEND * moved) <= within {
+            if settings.left_after(moved, LINEAR_TOLERANCE) <= within {
                 network.check_coolant(load, &temperatures)?;
                 return Ok(temperatures);
             }

@@ -7,14 +7,14 @@ use coldplate_network::{Joint, JointState, Load, Network, Surface, surface::Surf
 
 /// States outside the blocks at given temperatures, in the network's order.
 #[derive(Debug, Clone, Default)]
-pub struct Outside {
+pub struct SurfaceStates {
     /// State of every surface.
     pub surfaces: Vec<SurfaceState>,
     /// State of every joint, with the difference of the temperatures at its ends, K.
     pub joints: Vec<(JointState, f64)>,
 }
 
-impl Outside {
+impl SurfaceStates {
     /// States at temperatures of all nodes, K.
     pub fn new(network: &Network, load: &Load, temperatures: &[f64]) -> Self {
         let mut found = Self::default();

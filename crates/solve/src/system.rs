@@ -4,8 +4,9 @@ use rayon::prelude::*;
 
 use super::csr::{CHUNK, for_chunks};
 use super::jacobian::{Conduction, Jacobian, SparseRows};
-use super::surfaces::{Outside, surface_states};
-use coldplate_network::block::{Block, Profile, Segment};
+use super::surfaces::{SurfaceStates, surface_states};
+use coldplate_describe::machine::Slope;
+use coldplate_network::block::{Block, FaceCoefficients, RowSegment};
 use coldplate_network::{JointState, Load, NONE, Network, StreamState};
 use coldplate_physics::radiation::SIGMA;
 
@@ -15,10 +16,31 @@ pub struct System {
     pattern: SparseRows<f64>,
     /// Places in the pattern of the entries that [`each_entry`] visits, in the order of the visit.
     slots: Vec<u32>,
-    /// Conductances of the blocks at 300 K; those with k(T) are evaluated anew each time.
-    profiles: Vec<Profile<f64>>,
-    is_constant: Vec<bool>,
+    conduction: BlockConduction,
     is_held: Vec<u32>,
+}
+
+/// Conductances inside the blocks of a network, as far as they stay the same.
+#[derive(Debug, Clone)]
+struct BlockConduction {
+    /// Conductances of each block at 300 K, W/K.
+    profiles: Vec<FaceCoefficients<f64>>,
+    /// Whether those of each block are equal at all temperatures; others are evaluated anew each time.
+    is_constant: Vec<bool>,
+}
+
+impl BlockConduction {
+    fn new(network: &Network) -> Self {
+        Self {
+            profiles: network.blocks.iter().map(|b| b.profile(&network.properties, 300.0)).collect(),
+            is_constant: network.blocks.iter().map(|b| b.is_constant(&network.properties)).collect(),
+        }
+    }
+
+    /// Every block with its conductances, W/K, and whether they are constant.
+    fn of_blocks<'s>(&'s self, network: &'s Network) -> impl Iterator<Item = (&'s Block, &'s FaceCoefficients<f64>, bool)> {
+        network.blocks.iter().zip(&self.profiles).zip(&self.is_constant).map(|((block, profile), constant)| (block, profile, *constant))
+    }
 }
 
 /// The symmetric positive definite part of a linearised network of solids, for multigrid.
@@ -27,7 +49,7 @@ pub struct Symmetric<'a> {
     /// The structured blocks.
     pub blocks: &'a [Block],
     /// Conductances inside each block, W/K, with one conductivity for all its cells.
-    pub profiles: Vec<Profile<f64>>,
+    pub profiles: Vec<FaceCoefficients<f64>>,
     /// All other conductances between two nodes, W/K.
     pub couplings: Vec<(u32, u32, f64)>,
     /// Conductance from each solid node to given temperatures, W/K.
@@ -63,21 +85,21 @@ impl System {
         let pattern = SparseRows::pattern(entries.clone());
         let slots =
             entries.par_iter().with_min_len(CHUNK).map(|(row, column)| pattern.position(*row, *column).unwrap_or(0) as u32).collect();
-        let (profiles, is_constant) = conduction(network);
+        let conduction = BlockConduction::new(network);
         let mut is_held: Vec<u32> = network.fixed.iter().map(|(node, _)| *node).collect();
         is_held.sort_unstable();
-        Self { pattern, slots, profiles, is_constant, is_held }
+        Self { pattern, slots, conduction, is_held }
     }
 
     /// Sum of the rounding errors of all nodal residuals, W: a difference of two temperatures is known
     /// to one unit in the last place of either. No iteration brings the residual below it.
-    pub fn rounding(&self, network: &Network, streams: &[StreamState], temperatures: &[f64], outside: &Outside) -> f64 {
-        let of_block = |(block, profile): (&Block, &Profile<f64>)| {
+    pub fn rounding(&self, network: &Network, streams: &[StreamState], temperatures: &[f64], outside: &SurfaceStates) -> f64 {
+        let of_block = |(block, profile): (&Block, &FaceCoefficients<f64>)| {
             let [_, n1, n2] = block.cells.map(|n| n as f64);
             let sums = [0, 1, 2].map(|d| profile[d].iter().sum::<f64>());
             sums[0] * n1 * n2 + sums[1] * (if block.wraps { n1 } else { n1 - 1.0 }) * n2 + sums[2] * n1 * (n2 - 1.0)
         };
-        let linear: f64 = network.blocks.iter().zip(&self.profiles).map(of_block).sum();
+        let linear: f64 = network.blocks.iter().zip(&self.conduction.profiles).map(of_block).sum();
         let joints: f64 = outside.joints.iter().map(|(state, _)| state.conductance.abs()).sum();
         let water: f64 = network.streams.iter().zip(streams).map(|(s, state)| state.capacity_rate * s.stations.len() as f64).sum();
         let hottest = temperatures.iter().fold(0.0, |m: f64, t| m.max(*t));
@@ -87,15 +109,15 @@ impl System {
     }
 
     /// Conductances of each block, W/K, with the conductivity at the mean temperature of its cells.
-    fn mean_profiles(&self, network: &Network, temperatures: &[f64]) -> Vec<Profile<f64>> {
-        let blocks = network.blocks.iter().zip(&self.profiles).zip(&self.is_constant);
+    fn mean_profiles(&self, network: &Network, temperatures: &[f64]) -> Vec<FaceCoefficients<f64>> {
+        let blocks = self.conduction.of_blocks(network);
         let mean = |block: &Block| temperatures[block.nodes()].iter().sum::<f64>() / block.len() as f64;
-        blocks.map(|((b, fixed), constant)| if *constant { fixed.clone() } else { b.profile(&network.properties, mean(b)) }).collect()
+        blocks.map(|(b, fixed, is_constant)| if is_constant { fixed.clone() } else { b.profile(&network.properties, mean(b)) }).collect()
     }
 
     /// Jacobian of the residual at `temperatures`, the streams' coefficients held as they are.
     pub fn jacobian<'a>(&self, network: &'a Network, load: &Load, streams: &[StreamState], temperatures: &[f64]) -> Jacobian<'a> {
-        self.jacobian_with(network, load, streams, temperatures, &Outside::new(network, load, temperatures))
+        self.jacobian_with(network, load, streams, temperatures, &SurfaceStates::new(network, load, temperatures))
     }
 
     /// Jacobian of the residual with known states of surfaces and joints.
@@ -105,7 +127,7 @@ impl System {
         load: &Load,
         streams: &[StreamState],
         temperatures: &[f64],
-        outside: &Outside,
+        outside: &SurfaceStates,
     ) -> Jacobian<'a> {
         let mut found = Jacobian::new(network, Vec::new(), Vec::new(), SparseRows::default());
         self.renew(&mut found, network, load, streams, temperatures, outside);
@@ -120,7 +142,7 @@ impl System {
         load: &Load,
         streams: &[StreamState],
         temperatures: &[f64],
-        outside: &Outside,
+        outside: &SurfaceStates,
     ) {
         let Jacobian { blocks, diagonal, rest, .. } = matrix;
         if diagonal.len() != network.nodes {
@@ -144,13 +166,10 @@ impl System {
             source.slopes(*power, temperatures).for_each(|(node, slope)| diagonal[node as usize] -= slope);
         }
         self.hold(diagonal, rest);
-        *blocks = (network.blocks.iter().zip(&self.profiles).zip(&self.is_constant))
-            .map(
-                |((block, profile), constant)| {
-                    if *constant { Conduction::Constant(profile.clone()) } else { varying(network, block, temperatures) }
-                },
-            )
-            .collect();
+        let of_block = |(block, profile, is_constant): (&Block, &FaceCoefficients<f64>, bool)| {
+            if is_constant { Conduction::Constant(profile.clone()) } else { varying(network, block, temperatures) }
+        };
+        *blocks = self.conduction.of_blocks(network).map(of_block).collect();
     }
 
     /// The symmetric part for the solids: without the slopes of conductances and the one-way terms of the streams.
@@ -203,7 +222,7 @@ impl System {
 
     /// Heat leaving each node minus heat entering it, W: zero in the steady state.
     pub fn residual(&self, network: &Network, load: &Load, streams: &[StreamState], temperatures: &[f64]) -> Vec<f64> {
-        self.residual_with(network, load, streams, temperatures, &Outside::new(network, load, temperatures))
+        self.residual_with(network, load, streams, temperatures, &SurfaceStates::new(network, load, temperatures))
     }
 
     /// Residual with known states of surfaces and joints, W.
@@ -213,7 +232,7 @@ impl System {
         load: &Load,
         streams: &[StreamState],
         temperatures: &[f64],
-        outside: &Outside,
+        outside: &SurfaceStates,
     ) -> Vec<f64> {
         let mut residual = Vec::new();
         self.residual_in(&mut residual, network, load, streams, temperatures, outside);
@@ -228,36 +247,29 @@ impl System {
         load: &Load,
         streams: &[StreamState],
         temperatures: &[f64],
-        outside: &Outside,
+        outside: &SurfaceStates,
     ) {
-        heats(residual, network, (&self.profiles, &self.is_constant), load, streams, temperatures, outside);
+        heats(residual, network, &self.conduction, load, streams, temperatures, outside);
     }
 }
 
 /// Residual of a network, W, for a single use: no pattern is needed for it.
 pub fn residual(network: &Network, load: &Load, streams: &[StreamState], temperatures: &[f64]) -> Vec<f64> {
-    let (profiles, is_constant) = conduction(network);
     let mut residual = Vec::new();
-    let outside = Outside::new(network, load, temperatures);
-    heats(&mut residual, network, (&profiles, &is_constant), load, streams, temperatures, &outside);
+    let outside = SurfaceStates::new(network, load, temperatures);
+    heats(&mut residual, network, &BlockConduction::new(network), load, streams, temperatures, &outside);
     residual
 }
 
-/// Conductances of the blocks at 300 K, and whether they are equal at all temperatures.
-fn conduction(network: &Network) -> (Vec<Profile<f64>>, Vec<bool>) {
-    let profile = |b: &Block| (b.profile(&network.properties, 300.0), b.is_constant(&network.properties));
-    network.blocks.iter().map(profile).unzip()
-}
-
-/// Writes the residual into `r`, W, with the conductances that [`conduction`] gives for the blocks.
+/// Writes the residual into `r`, W.
 fn heats(
     r: &mut Vec<f64>,
     network: &Network,
-    (profiles, is_constant): (&[Profile<f64>], &[bool]),
+    conduction: &BlockConduction,
     load: &Load,
     streams: &[StreamState],
     temperatures: &[f64],
-    outside: &Outside,
+    outside: &SurfaceStates,
 ) {
     let t = |n: u32| temperatures[n as usize];
     if r.len() == network.nodes {
@@ -265,8 +277,8 @@ fn heats(
     } else {
         *r = vec![0.0; network.nodes];
     }
-    for ((block, profile), constant) in network.blocks.iter().zip(profiles).zip(is_constant) {
-        let conductivity = if *constant { None } else { Some(conductivities(network, block, temperatures)) };
+    for (block, profile, is_constant) in conduction.of_blocks(network) {
+        let conductivity = if is_constant { None } else { Some(conductivities(network, block, temperatures)) };
         for_chunks(&mut r[block.nodes()], |first, part| {
             let start = block.first + first;
             let Some(k) = &conductivity else { return block.add_conduction(profile, start, temperatures, part) };
@@ -342,7 +354,7 @@ impl<'a> Derivatives<'a> {
         Self { joints: vec![(0.0, 0.0); network.joints.len()], radiative: vec![(0.0, 0.0); network.radiative.len()], streams: None }
     }
 
-    fn at(network: &Network, streams: &'a [StreamState], temperatures: &[f64], outside: &Outside) -> Self {
+    fn at(network: &Network, streams: &'a [StreamState], temperatures: &[f64], outside: &SurfaceStates) -> Self {
         let of_joint = |(state, difference): &(JointState, f64)| {
             (state.conductance + state.slope_a * difference, state.conductance - state.slope_b * difference)
         };
@@ -361,18 +373,18 @@ impl<'a> Derivatives<'a> {
 /// Visits every entry (row, column, value) of the Jacobian outside blocks and surfaces, entries that add up one after the other, always
 /// in one order for any values.
 fn each_entry(network: &Network, derivatives: &Derivatives<'_>, mut visit: impl FnMut(u32, u32, f64)) {
-    let mut pair = |a: u32, b: u32, (da, db): (f64, f64)| {
+    let mut pair = |a: u32, b: u32, da: f64, db: f64| {
         debug_assert!(a != NONE && b != NONE);
         visit(a, a, da);
         visit(b, b, db);
         visit(a, b, -db);
         visit(b, a, -da);
     };
-    for (joint, slopes) in network.joints.iter().zip(&derivatives.joints) {
-        pair(joint.a, joint.b, *slopes);
+    for (joint, (da, db)) in network.joints.iter().zip(&derivatives.joints) {
+        pair(joint.a, joint.b, *da, *db);
     }
-    for ((a, b, _), slopes) in network.radiative.iter().zip(&derivatives.radiative) {
-        pair(*a, *b, *slopes);
+    for ((a, b, _), (da, db)) in network.radiative.iter().zip(&derivatives.radiative) {
+        pair(*a, *b, *da, *db);
     }
     for (joint, (da, db)) in network.joints.iter().zip(&derivatives.joints) {
         for (reach, own, slope) in [(joint.reach[0], joint.a, *da), (joint.reach[1], joint.b, -db)] {
@@ -418,10 +430,14 @@ fn each_entry(network: &Network, derivatives: &Derivatives<'_>, mut visit: impl 
 }
 
 /// Conductivity of every cell of a block along each axis, with its slope: W/(m K) and W/(m K²).
-fn conductivities(network: &Network, block: &Block, temperatures: &[f64]) -> [Vec<(f64, f64)>; 3] {
+fn conductivities(network: &Network, block: &Block, temperatures: &[f64]) -> [Vec<Slope>; 3] {
     let along = |d: usize| {
         let property = &network.properties[block.property[d] as usize];
-        temperatures[block.nodes()].par_iter().with_min_len(CHUNK).map(|t| property.with_slope(*t)).collect::<Vec<_>>()
+        let at = |t: &f64| {
+            let (value, slope) = property.with_slope(*t);
+            Slope { value, slope }
+        };
+        temperatures[block.nodes()].par_iter().with_min_len(CHUNK).map(at).collect::<Vec<_>>()
     };
     let first = along(0);
     // Isotropic materials state one property three times.
@@ -430,22 +446,23 @@ fn conductivities(network: &Network, block: &Block, temperatures: &[f64]) -> [Ve
     [first, second, third]
 }
 
-/// Heat from a cell to the next one per kelvin of difference, with derivatives of that conductance with
-/// respect to both temperatures: two half cells in series, each with its own conductivity.
-fn face_conductance(gap: coldplate_network::block::Gap, (ka, sa): (f64, f64), (kb, sb): (f64, f64)) -> (f64, f64, f64) {
-    let resistance = gap.length_a / ka + gap.length_b / kb;
+/// Conductance between two neighbouring cells, with its derivatives with respect to both temperatures: two half cells in series, each
+/// with its own conductivity, W/(m K).
+fn face_conductance(gap: coldplate_network::block::Gap, a: Slope, b: Slope) -> JointState {
+    let resistance = gap.length_a / a.value + gap.length_b / b.value;
     let g = gap.area / resistance;
-    (g, g / resistance * gap.length_a * sa / (ka * ka), g / resistance * gap.length_b * sb / (kb * kb))
+    let slope = |length: f64, k: Slope| g / resistance * length * k.slope / (k.value * k.value);
+    JointState { conductance: g, slope_a: slope(gap.length_a, a), slope_b: slope(gap.length_b, b) }
 }
 
 /// Adds to `y` the heat (W) that leaves each cell by conduction, for a segment of a block with k(T).
-fn add_varying(segment: &Segment, block: &Block, k: &[Vec<(f64, f64)>; 3], x: &[f64], y: &mut [f64]) {
+fn add_varying(segment: &RowSegment, block: &Block, k: &[Vec<Slope>; 3], x: &[f64], y: &mut [f64]) {
     segment.each_face(block.cells[0], |at, d, other, is_next, owner| {
         let (own, next) = (segment.node + at - block.first, other - block.first);
         // The face is seen from the same end by both its cells, so that the heat out of one enters the other exactly.
         let (a, b) = if is_next { (own, next) } else { (next, own) };
-        let (g, _, _) = face_conductance(block.faces[d][owner], k[d][a], k[d][b]);
-        y[at] += g * (x[own + block.first] - x[other]);
+        let JointState { conductance, .. } = face_conductance(block.faces[d][owner], k[d][a], k[d][b]);
+        y[at] += conductance * (x[own + block.first] - x[other]);
     });
 }
 
@@ -459,7 +476,7 @@ fn varying(network: &Network, block: &Block, temperatures: &[f64]) -> Conduction
                 return;
             }
             let (a, b) = (segment.node + at - block.first, other - block.first);
-            let (g, slope_a, slope_b) = face_conductance(block.faces[d][owner], k[d][a], k[d][b]);
+            let JointState { conductance: g, slope_a, slope_b } = face_conductance(block.faces[d][owner], k[d][a], k[d][b]);
             let drop = temperatures[a + block.first] - temperatures[other];
             (out[d][a], into[d][a]) = (g + slope_a * drop, g - slope_b * drop);
         });

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::csr::{CHUNK, Csr, for_chunks};
 use super::system::Symmetric;
 use coldplate_network::Block;
-use coldplate_network::block::Profile;
+use coldplate_network::block::FaceCoefficients;
 
 /// An axis along which cells are bound less than this, relative to the strongest axis, is not coarsened yet; dimensionless. Chosen.
 const WEAK_AXIS: f64 = 0.1;
@@ -407,7 +407,7 @@ impl BlockTransfer {
         self.coarse.first + i + m0 * (j + m1 * k)
     }
 
-    fn conduction(&self, profile: &Profile<f64>) -> Factors {
+    fn conduction(&self, profile: &FaceCoefficients<f64>) -> Factors {
         let a = &self.axes;
         Factors {
             first: [a[0].stiffness(|i| profile[0][i + 1]), a[0].mass(|i| profile[1][i]), a[0].mass(|i| profile[2][i])],

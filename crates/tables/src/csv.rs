@@ -5,7 +5,8 @@
 
 use std::path::Path;
 
-use super::{CONDITION_NAMES, Column, Table, TextColumn};
+use super::{Column, Table, TextColumn};
+use coldplate_base::condition;
 use coldplate_base::error::{Error, Result, did_you_mean};
 
 /// Provenance key of the number of condition variables among the number columns.
@@ -38,7 +39,7 @@ impl Table {
     /// Reads CSV text; `file` is the name used in errors.
     ///
     /// A column with a unit in its header holds numbers, one without holds text. The condition variables are the first
-    /// N number columns if there is a line `# inputs: N`, otherwise the columns named in [`CONDITION_NAMES`].
+    /// N number columns if there is a line `# inputs: N`, otherwise the columns named in [`condition::NAMES`].
     ///
     /// # Errors
     /// No header, a row with too many or too few cells, a cell that is not a number; each names line and column.
@@ -47,7 +48,7 @@ impl Table {
         let mut table = Table::default();
         let mut inputs = None;
         let mut header: Option<Vec<Kind>> = None;
-        for record in Records::new(text.strip_prefix('\u{feff}').unwrap_or(text)) {
+        for record in CsvRecords::new(text.strip_prefix('\u{feff}').unwrap_or(text)) {
             let Record { line, cells, comment } = record.map_err(|e| e.in_file(file))?;
             if let Some(comment) = comment {
                 let Some((key, value)) = comment.split_once(':').map(|(k, v)| (k.trim(), v.trim())) else { continue };
@@ -96,24 +97,21 @@ impl Table {
                 .at_key(INPUTS));
             }
             Some((line, count)) => {
-                if let Some(column) = table.columns[count..].iter().find(|c| CONDITION_NAMES.contains(&c.name.as_str())) {
+                if let Some(column) = table.columns[count..].iter().find(|c| condition::NAMES.contains(&c.name.as_str())) {
                     let what = format!("the first {count} columns are announced as conditions, and '{}' stands behind them", column.name);
                     let error = Error::input(what).in_file(file).at_line(line).at_key(INPUTS);
                     return Err(error.help("count it in, or leave the line out: the four usual conditions are known by their names"));
                 }
                 table.inputs = count;
             }
-            None => {
-                table.columns.sort_by_key(|c| !CONDITION_NAMES.contains(&c.name.as_str()));
-                table.inputs = table.columns.iter().filter(|c| CONDITION_NAMES.contains(&c.name.as_str())).count();
-            }
+            None => table.usual_inputs(),
         }
         Ok(table)
     }
 
     /// Line numbers in CSV text: of the header, then of every row up to the first unreadable one.
     pub fn csv_lines(text: &str) -> Vec<usize> {
-        let records = Records::new(text.strip_prefix('\u{feff}').unwrap_or(text));
+        let records = CsvRecords::new(text.strip_prefix('\u{feff}').unwrap_or(text));
         records.map_while(Result::ok).filter(|record| record.comment.is_none()).map(|record| record.line).collect()
     }
 }
@@ -125,15 +123,15 @@ enum Kind {
     Number(usize),
 }
 
-fn read_header(table: &mut Table, cells: &[Cell]) -> Result<Vec<Kind>> {
+fn read_header(table: &mut Table, cells: &[String]) -> Result<Vec<Kind>> {
     if let [only] = cells
-        && only.text.contains(';')
+        && only.contains(';')
     {
         return Err(Error::input("the columns are separated by semicolons")
-            .read(&only.text)
+            .read(only)
             .help("separate them by commas, with a decimal point"));
     }
-    cells.iter().enumerate().map(|(i, cell)| header_cell(table, &cell.text).map_err(|e| e.at_key(format!("column {}", i + 1)))).collect()
+    cells.iter().enumerate().map(|(i, cell)| header_cell(table, cell).map_err(|e| e.at_key(format!("column {}", i + 1)))).collect()
 }
 
 fn header_cell(table: &mut Table, text: &str) -> Result<Kind> {
@@ -154,16 +152,16 @@ fn header_cell(table: &mut Table, text: &str) -> Result<Kind> {
     Ok(Kind::Number(table.columns.len() - 1))
 }
 
-fn read_row(table: &mut Table, kinds: &[Kind], cells: &[Cell]) -> Result<()> {
+fn read_row(table: &mut Table, kinds: &[Kind], cells: &[String]) -> Result<()> {
     if cells.len() != kinds.len() {
         return Err(Error::input(format!("the row has {} cells, the header has {}", cells.len(), kinds.len()))
             .help("give every column a cell; leave it empty where the reading is missing"));
     }
     for (kind, cell) in kinds.iter().zip(cells) {
         match *kind {
-            Kind::Text(t) => table.texts[t].values.push(cell.text.clone()),
+            Kind::Text(t) => table.texts[t].values.push(cell.clone()),
             Kind::Number(c) => {
-                let value = read_number(&cell.text).map_err(|e| e.at_key(table.columns[c].header()))?;
+                let value = read_number(cell).map_err(|e| e.at_key(table.columns[c].header()))?;
                 table.columns[c].values.push(value);
             }
         }
@@ -203,25 +201,28 @@ pub fn quoted(text: &str) -> String {
     if plain { text.to_string() } else { format!("\"{}\"", text.replace('"', "\"\"")) }
 }
 
-#[derive(Debug, Default)]
-pub(super) struct Cell {
-    pub(super) text: String,
+/// Cells of the first row of CSV text; none if it is a remark.
+///
+/// # Errors
+/// A quoted cell that is never closed, or has text behind its end.
+pub fn cells(text: &str) -> Result<Vec<String>> {
+    CsvRecords::new(text).next().map_or(Ok(Vec::new()), |record| record.map(|record| record.cells))
 }
 
-pub(super) struct Record<'a> {
+struct Record<'a> {
     line: usize,
-    pub(super) cells: Vec<Cell>,
+    cells: Vec<String>,
     comment: Option<&'a str>,
 }
 
 /// Splits text into records, skipping empty lines; quoted cells may hold line ends.
-pub(super) struct Records<'a> {
+struct CsvRecords<'a> {
     rest: &'a str,
     line: usize,
 }
 
-impl<'a> Records<'a> {
-    pub(super) fn new(text: &'a str) -> Self {
+impl<'a> CsvRecords<'a> {
+    fn new(text: &'a str) -> Self {
         Self { rest: text, line: 0 }
     }
 
@@ -235,14 +236,14 @@ impl<'a> Records<'a> {
     }
 
     /// The cells of a row that starts with `first`; an open quote continues the row on the next line.
-    fn cells(&mut self, first: &'a str) -> Result<Vec<Cell>> {
+    fn cells(&mut self, first: &'a str) -> Result<Vec<String>> {
         let start = self.line;
         let mut cells = Vec::new();
         let mut rest = first.trim_start();
         loop {
             let Some(mut inside) = rest.strip_prefix('"') else {
                 let (cell, after) = rest.split_once(',').map_or((rest, None), |(cell, after)| (cell, Some(after)));
-                cells.push(Cell { text: cell.trim().to_string() });
+                cells.push(cell.trim().to_string());
                 let Some(after) = after else { return Ok(cells) };
                 rest = after.trim_start();
                 continue;
@@ -265,7 +266,7 @@ impl<'a> Records<'a> {
                     None => break inside[end + 1..].trim_start(),
                 }
             };
-            cells.push(Cell { text });
+            cells.push(text);
             if after.is_empty() {
                 return Ok(cells);
             }
@@ -279,7 +280,7 @@ impl<'a> Records<'a> {
     }
 }
 
-impl<'a> Iterator for Records<'a> {
+impl<'a> Iterator for CsvRecords<'a> {
     type Item = Result<Record<'a>>;
 
     fn next(&mut self) -> Option<Self::Item> {

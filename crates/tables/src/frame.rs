@@ -16,7 +16,7 @@ use polars_io::parquet::write::{KeyValueMetadata, ParquetWriter};
 
 /// Content of a file.
 #[derive(Debug, Clone, Default)]
-pub struct Frame {
+pub struct ParquetContent {
     /// Text columns in the order of the file; a null is an empty text.
     pub texts: Vec<(String, Vec<String>)>,
     /// Number columns in the order of the file; a null is NaN.
@@ -27,17 +27,17 @@ pub struct Frame {
 
 /// Reason why a file could not be written or read.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Failure(String);
+pub struct ParquetFailure(String);
 
-impl fmt::Display for Failure {
+impl fmt::Display for ParquetFailure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.0)
     }
 }
 
-impl std::error::Error for Failure {}
+impl std::error::Error for ParquetFailure {}
 
-impl From<PolarsError> for Failure {
+impl From<PolarsError> for ParquetFailure {
     fn from(error: PolarsError) -> Self {
         Self(error.to_string())
     }
@@ -55,7 +55,7 @@ pub fn write_parquet(
     texts: &[(&str, &[String])],
     numbers: &[(&str, &[f64])],
     metadata: &[(String, String)],
-) -> Result<(), Failure> {
+) -> Result<(), ParquetFailure> {
     let mut columns: Vec<Column> = Vec::with_capacity(texts.len() + numbers.len());
     columns.extend(texts.iter().map(|(name, values)| Series::new((*name).into(), *values).into_column()));
     for (name, values) in numbers {
@@ -74,18 +74,18 @@ pub fn write_parquet(
 ///
 /// # Errors
 /// The file is not Parquet, is damaged, or has a column of another kind.
-pub fn read_parquet(bytes: Vec<u8>) -> Result<Frame, Failure> {
+pub fn read_parquet(bytes: Vec<u8>) -> Result<ParquetContent, ParquetFailure> {
     // The decoder may panic on a damaged file: a panic inside it is reported as a damaged file.
-    std::panic::catch_unwind(|| decode(bytes)).unwrap_or_else(|_| Err(Failure("the file is damaged".into())))
+    std::panic::catch_unwind(|| decode(bytes)).unwrap_or_else(|_| Err(ParquetFailure("the file is damaged".into())))
 }
 
-fn decode(bytes: Vec<u8>) -> Result<Frame, Failure> {
+fn decode(bytes: Vec<u8>) -> Result<ParquetContent, ParquetFailure> {
     let mut reader = ParquetReader::new(Cursor::new(bytes));
     let metadata = reader.get_metadata()?.key_value_metadata().clone().unwrap_or_default();
     let data = reader.finish()?;
-    let mut frame = Frame {
+    let mut frame = ParquetContent {
         metadata: metadata.into_iter().filter(|e| e.key != ARROW_SCHEMA).map(|e| (e.key, e.value.unwrap_or_default())).collect(),
-        ..Frame::default()
+        ..ParquetContent::default()
     };
     for column in data.columns() {
         let name = column.name().to_string();
@@ -97,7 +97,7 @@ fn decode(bytes: Vec<u8>) -> Result<Frame, Failure> {
                 let values = column.cast(&DataType::Float64)?;
                 frame.numbers.push((name, values.f64()?.iter().map(|value| value.unwrap_or(f64::NAN)).collect()));
             }
-            kind => return Err(Failure(format!("column '{name}' holds {kind}, which is neither number nor text"))),
+            kind => return Err(ParquetFailure(format!("column '{name}' holds {kind}, which is neither number nor text"))),
         }
     }
     Ok(frame)

@@ -4,7 +4,7 @@
 //! of their column, as in the file.
 //!
 //! ```
-//! use crate::Table;
+//! use coldplate_tables::Table;
 //! use coldplate_base::units::Dimension;
 //! let text = "test, coolant_flow [L/min], motor [degC]\nfirst, 9.42, 21.5\nsecond, 4.71,\n";
 //! let table = Table::from_csv(text, "data.csv").unwrap();
@@ -19,28 +19,19 @@
 #![cfg_attr(not(test), warn(clippy::unwrap_used, clippy::panic))]
 
 mod csv;
-mod foreign;
 mod frame;
 mod parquet;
 
 use std::path::Path;
 
-pub use csv::quoted;
-pub use foreign::UnitOf;
+pub use csv::{cells, quoted};
 
 use coldplate_base::error::{Error, Result, did_you_mean};
 use coldplate_base::units::{self, Dimension};
-use coldplate_base::{atomic_file, input};
+use coldplate_base::{atomic_file, condition, input};
 
 /// Hash of the sources of this crate and of the lock file it was built with.
 pub const SOURCES: &str = env!("COLDPLATE_SOURCES");
-
-/// Column names that always mean condition variables.
-pub const CONDITION_NAMES: [&str; 4] = ["coolant_flow", "coolant_temperature", "motor_speed", "ambient_temperature"];
-
-/// Text in the group column that marks conditions for checking the fit to moved held variables; the other conditions
-/// take part in this fit.
-pub const FOLLOW_CHECK: &str = "follow check";
 
 /// A column of numbers.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -163,6 +154,13 @@ impl Table {
         Ok(())
     }
 
+    /// Makes the columns of the variables that every machine has the condition variables.
+    fn usual_inputs(&mut self) {
+        let is_other = |c: &Column| !condition::NAMES.contains(&c.name.as_str());
+        self.columns.sort_by_key(is_other);
+        self.inputs = self.columns.iter().position(is_other).unwrap_or(self.columns.len());
+    }
+
     /// Checks that all columns have equal lengths and different names.
     ///
     /// # Errors
@@ -197,11 +195,19 @@ impl Table {
     /// Errors of [`Table::read`].
     pub fn read_with_lines(path: impl AsRef<Path>) -> Result<(Table, Vec<usize>)> {
         let path = path.as_ref();
+        Self::from_bytes(input::read(path).map_err(|e| e.help("check the path"))?, path)
+    }
+
+    /// Reads the content of a file like [`Table::read_with_lines`].
+    ///
+    /// # Errors
+    /// The content is not a table.
+    pub fn from_bytes(bytes: Vec<u8>, path: &Path) -> Result<(Table, Vec<usize>)> {
         if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("parquet")) {
-            return Ok((Table::from_parquet(input::read(path).map_err(|e| e.help("check the path"))?, path)?, Vec::new()));
+            return Ok((Table::from_parquet(bytes, path)?, Vec::new()));
         }
-        let text = input::text(path).map_err(|e| e.help("check the path"))?;
-        Ok((Table::from_csv(&text, path)?, Table::csv_lines(&text)))
+        let text = input::utf8(&bytes, path)?;
+        Ok((Table::from_csv(text, path)?, Table::csv_lines(text)))
     }
 
     /// Checks that a table can be written under this name.

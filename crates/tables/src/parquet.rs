@@ -11,7 +11,7 @@ use std::path::Path;
 
 use sha2::{Digest, Sha256};
 
-use super::{CONDITION_NAMES, Column, Table, TextColumn};
+use super::{Column, Table, TextColumn};
 use coldplate_base::error::{Error, Result};
 
 /// Metadata key of the number of condition variables.
@@ -96,15 +96,10 @@ impl Table {
                     .read(entry(INPUTS).unwrap_or_default()));
             }
             None => {
-                table.columns.sort_by_key(|c| !CONDITION_NAMES.contains(&c.name.as_str()));
-                table.inputs = table.conditions_by_name();
+                table.usual_inputs();
             }
         }
         Ok(table)
-    }
-
-    fn conditions_by_name(&self) -> usize {
-        self.columns.iter().filter(|c| CONDITION_NAMES.contains(&c.name.as_str())).count()
     }
 }
 

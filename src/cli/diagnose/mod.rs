@@ -15,7 +15,7 @@ use coldplate_figures::chart::draw_as;
 use coldplate_figures::chart::output::check_name;
 use coldplate_findings::input::{costs, kind_named, uncertain, user_kinds};
 use coldplate_jobs::refit;
-use coldplate_solve::sensitivity::{Study, Tables};
+use coldplate_solve::study::{StateTables, Study};
 
 /// Errors of the simulation against measured data: the cause by name, the extended machine and its gain
 #[derive(Debug, clap::Args)]
@@ -78,7 +78,7 @@ const USUAL_CELLS: usize = 3000;
 /// Bad input, or numerics that failed.
 pub fn run(args: &Args, out: Output) -> Result<u8> {
     let sets = args.set.iter().map(|s| pair_of(s, "--set")).collect::<Result<Vec<_>>>()?;
-    let tables = if args.full { Tables::InFull } else { Tables::Reduced };
+    let tables = if args.full { StateTables::InFull } else { StateTables::Reduced };
     let study = Study::read(&args.machine, &sets, Some(args.cells.unwrap_or(USUAL_CELLS)))?.with_tables(tables);
     let machine = &study.model.machine;
     let path = given::goal(args.out.as_deref(), &args.machine, machine, "extended")?;

@@ -3,7 +3,7 @@
 use super::super::text::table;
 use coldplate_base::numbers::short;
 use coldplate_diagnose::{ExtraSensor, Verdict};
-use coldplate_evidence::measurement::faults;
+use coldplate_evidence::faults;
 use coldplate_findings::{Findings, ladder, next_test_in_words, probability, words, worth_in_words};
 
 /// The answer for a terminal.

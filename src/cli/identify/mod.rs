@@ -7,15 +7,15 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use super::measured;
-use super::mesh_options::CellsArgs;
+use super::mesh_options::MeshArgs;
 use super::output::Output;
 use coldplate_base::atomic_file;
 use coldplate_base::error::{Error, Result};
 use coldplate_base::progress::Progress;
 use coldplate_evidence::given;
-use coldplate_evidence::identify::record::HeldOut;
-use coldplate_evidence::identify::{self, Free, IdentifyOptions, Problem};
-use coldplate_solve::sensitivity::{Study, Tables};
+use coldplate_evidence::identify::{self, Free, IdentifyOptions, IdentifyProblem};
+use coldplate_evidence::record::HeldOut;
+use coldplate_solve::study::{StateTables, Study};
 use show::Found;
 
 /// Parameters of a machine file from measured data
@@ -60,11 +60,8 @@ pub struct Args {
     /// Use every reading of long logs (default: a selection that determines the result as well)
     #[arg(long)]
     every_row: bool,
-    /// Change a value of the machine file first
-    #[arg(long = "set", value_name = "KEY=VALUE")]
-    set: Vec<String>,
     #[command(flatten)]
-    cells: CellsArgs,
+    mesh: MeshArgs,
     /// Solve every steady state by itself (default: tables on a reduced model, and the end result once in full)
     #[arg(long)]
     full: bool,
@@ -76,9 +73,9 @@ pub struct Args {
 /// Bad input, or numerics that failed.
 pub fn run(args: &Args, out: Output) -> Result<u8> {
     let clock = Instant::now();
-    let sets = args.cells.with(&args.set)?;
-    let tables = if args.full { Tables::InFull } else { Tables::Reduced };
-    let study = Study::read(&args.machine, &sets, args.cells.cells)?.with_tables(tables);
+    let sets = args.mesh.sets()?;
+    let tables = if args.full { StateTables::InFull } else { StateTables::Reduced };
+    let study = Study::read(&args.machine, &sets, args.mesh.cells)?.with_tables(tables);
     let machine = &study.model.machine;
     let mut all = given::data(args.data.as_deref(), machine)?;
     given::drop_sensors(&mut all, &args.without)?;
@@ -101,7 +98,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     }
     let free = args.free.iter().map(|text| Free::each(text, &study, &data)).collect::<Result<Vec<_>>>()?.concat();
     let path = args.out.as_deref().map(|path| given::goal(Some(path), &args.machine, machine, "identified")).transpose()?;
-    let mut problem = Problem { study, data, uncertainty, free, start };
+    let mut problem = IdentifyProblem { study, data, uncertainty, free, start };
     if !args.every_row {
         let before = problem.data.count();
         problem = problem.thinned();

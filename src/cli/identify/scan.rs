@@ -7,12 +7,12 @@ use serde::Serialize;
 use super::super::output::Output;
 use super::Args;
 use coldplate_base::error::{Error, Result};
-use coldplate_evidence::identify::{self, Problem, Scan};
+use coldplate_evidence::identify::{self, IdentifyProblem, MisfitScan};
 use coldplate_evidence::measurement::whiten;
 use coldplate_figures::chart::draw_as;
 use coldplate_figures::chart::style::Quantity;
 use coldplate_figures::chart::valley::{Trace, ValleyFigure};
-use coldplate_solve::sensitivity::Parameter;
+use coldplate_solve::study::MachineParameter;
 
 /// The grid as outside programs read it, in the parameters' units; pairs without a steady state are `null`.
 #[derive(Debug, Serialize)]
@@ -28,7 +28,7 @@ struct ScanRecord<'a> {
 }
 
 /// The grid of two parameters.
-pub(super) fn run(args: &Args, problem: &Problem, out: Output) -> Result<u8> {
+pub(super) fn run(args: &Args, problem: &IdentifyProblem, out: Output) -> Result<u8> {
     let clock = Instant::now();
     let [first, second] = args.scan.as_slice() else {
         return Err(Error::input("a scan goes over two parameters")
@@ -39,8 +39,8 @@ pub(super) fn run(args: &Args, problem: &Problem, out: Output) -> Result<u8> {
     let axes = [identify::axis(first, &problem.study)?, identify::axis(second, &problem.study)?];
     let total = axes[0].1.len() * axes[1].1.len();
     let found = identify::scan(problem, [(&axes[0].0, axes[0].1.clone()), (&axes[1].0, axes[1].1.clone())], &out.progress())?;
-    let (i, j) = Scan::least(&found.misfit);
-    let (m, n) = Scan::least(&found.mean);
+    let (i, j) = MisfitScan::least(&found.misfit);
+    let (m, n) = MisfitScan::least(&found.mean);
     let shown = |k: usize, at: usize| axes[k].0.shown(found.axes[k][at]);
     if let Some(path) = &args.chart {
         draw_as(path, &figure(problem, &found, &axes))?;
@@ -78,8 +78,8 @@ pub(super) fn run(args: &Args, problem: &Problem, out: Output) -> Result<u8> {
     Ok(0)
 }
 
-fn figure(problem: &Problem, found: &Scan, axes: &[(Parameter, Vec<f64>); 2]) -> ValleyFigure {
-    let (i, j) = Scan::least(&found.misfit);
+fn figure(problem: &IdentifyProblem, found: &MisfitScan, axes: &[(MachineParameter, Vec<f64>); 2]) -> ValleyFigure {
+    let (i, j) = MisfitScan::least(&found.misfit);
     let readings = whiten::readings(&problem.data);
     let places = whiten::places(&problem.data);
     let name = |r: usize, k: usize| {

@@ -6,10 +6,10 @@ use super::super::text::table;
 use coldplate_base::numbers::significant;
 use coldplate_base::units::Measurand;
 use coldplate_describe::machine::Machine;
-use coldplate_evidence::identify::record::{HeldOut, IdentifyRecord};
-use coldplate_evidence::identify::{Advice, Estimate, Problem, Profile};
-use coldplate_evidence::measurement::faults::{self, Fault};
+use coldplate_evidence::faults::{self, Fault};
+use coldplate_evidence::identify::{Advice, Estimate, IdentifyProblem, ParameterProfile};
 use coldplate_evidence::measurement::{Data, whiten};
+use coldplate_evidence::record::{HeldOut, IdentifyRecord};
 
 /// Estimated error of a sensor, in stated standard deviations, above which the sensor is named. Chosen: smaller ones
 /// may be chance.
@@ -20,9 +20,9 @@ const LOUD: f64 = 1.25;
 
 /// Results of an identification, for a reader and for programs.
 pub(super) struct Found<'a> {
-    pub(super) problem: &'a Problem,
+    pub(super) problem: &'a IdentifyProblem,
     pub(super) estimate: &'a Estimate,
-    pub(super) profiles: &'a [Profile],
+    pub(super) profiles: &'a [ParameterProfile],
     pub(super) advice: &'a [Advice],
     pub(super) held_out: Option<HeldOut>,
     pub(super) faults: &'a [Fault],

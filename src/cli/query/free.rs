@@ -7,23 +7,23 @@ use super::status;
 use super::text::{outside_sentence, plain, text};
 use crate::cli::text::table;
 use coldplate_base::numbers::without_zeros;
-use coldplate_surrogate::verdict::question::{Reply, shown};
+use coldplate_surrogate::verdict::question::{QuestionReply, shown};
 use coldplate_surrogate::verdict::trade_off::Exchange;
 use coldplate_surrogate::verdict::{
-    Acceptability, Answer, Free, Inverse, Objective, Optimum, Outside, Sense, Surrogate, TradeOff, condition,
+    Acceptability, FreeVariable, Inverse, Objective, Optimum, OutOfRange, Sense, Surrogate, SurrogateAnswer, TradeOff, condition,
 };
 
 /// The reply in words, and the exit status; nothing where no variable was free.
-pub(super) fn told(surrogate: &Surrogate<'_>, reply: &Reply) -> (String, u8) {
+pub(super) fn told(surrogate: &Surrogate<'_>, reply: &QuestionReply) -> (String, u8) {
     match reply {
-        Reply::Smallest(free, found, answer) => inverse(surrogate, *free, found, answer),
-        Reply::Exchanged(free, found, _) => trade_off(surrogate, *free, found),
-        Reply::Best(aim, free, found, _) => optimum(surrogate, free, aim, found),
-        Reply::At(_) | Reply::Indices(_) => (String::new(), 0),
+        QuestionReply::Smallest(free, found, answer) => inverse(surrogate, *free, found, answer),
+        QuestionReply::Exchanged(free, found, _) => trade_off(surrogate, *free, found),
+        QuestionReply::Best(aim, free, found, _) => optimum(surrogate, free, aim, found),
+        QuestionReply::At(_) | QuestionReply::Indices(_) => (String::new(), 0),
     }
 }
 
-fn inverse(surrogate: &Surrogate<'_>, free: Free, found: &Inverse, answer: &Answer) -> (String, u8) {
+fn inverse(surrogate: &Surrogate<'_>, free: FreeVariable, found: &Inverse, answer: &SurrogateAnswer) -> (String, u8) {
     let (fitted, variable) = (condition::variables(surrogate)[free.index], shown(surrogate, free));
     let is_bounded = (fitted.low, fitted.high) != (free.low, free.high);
     let (unit, range) = (variable.unit, format!("{} to {} {}", plain(variable.low), plain(variable.high), variable.unit));
@@ -53,7 +53,7 @@ fn inverse(surrogate: &Surrogate<'_>, free: Free, found: &Inverse, answer: &Answ
     (head + &text(surrogate, answer), status(answer.verdict))
 }
 
-fn trade_off(surrogate: &Surrogate<'_>, [first, second]: [Free; 2], found: &TradeOff) -> (String, u8) {
+fn trade_off(surrogate: &Surrogate<'_>, [first, second]: [FreeVariable; 2], found: &TradeOff) -> (String, u8) {
     let (variable, against) = (shown(surrogate, first), shown(surrogate, second));
     let rows = match found {
         TradeOff::Rows(rows) => rows,
@@ -74,13 +74,13 @@ fn trade_off(surrogate: &Surrogate<'_>, [first, second]: [Free; 2], found: &Trad
     (shown, u8::from(rows.iter().all(|row| row.acceptable.is_none())))
 }
 
-fn optimum(surrogate: &Surrogate<'_>, free: &[Free], aim: &Objective, found: &Optimum) -> (String, u8) {
+fn optimum(surrogate: &Surrogate<'_>, free: &[FreeVariable], aim: &Objective, found: &Optimum) -> (String, u8) {
     let word = match aim.sense() {
         Sense::Minimise => "smallest",
         Sense::Maximise => "largest",
     };
-    let values = |answer: &Answer| {
-        let of = |own: &Free| {
+    let values = |answer: &SurrogateAnswer| {
+        let of = |own: &FreeVariable| {
             let variable = shown(surrogate, *own);
             let value = answer.condition.get(own.index).copied().unwrap_or(f64::NAN);
             let end = match value {
@@ -105,7 +105,7 @@ fn optimum(surrogate: &Surrogate<'_>, free: &[Free], aim: &Objective, found: &Op
     }
 }
 
-fn outside_text(outside: &[Outside]) -> String {
+fn outside_text(outside: &[OutOfRange]) -> String {
     outside.iter().map(outside_sentence).collect::<String>() + "Uncertain: the surrogate says nothing there.\n"
 }
 

@@ -12,11 +12,12 @@ use coldplate_runtime::CONFIDENCE;
 use super::condition::ConditionArgs;
 use super::fit::check_ending;
 use super::output::Output;
+use coldplate_base::atomic_file;
 use coldplate_base::error::{Error, Result};
-use coldplate_base::{atomic_file, input};
+use coldplate_jobs::open;
 use coldplate_surrogate::fit::file;
-use coldplate_surrogate::verdict::question::{Question, Reply};
-use coldplate_surrogate::verdict::stream::{self, Form};
+use coldplate_surrogate::verdict::question::{Question, QuestionReply};
+use coldplate_surrogate::verdict::stream::{self, AnswerForm};
 use coldplate_surrogate::verdict::{Acceptability, Surrogate, stated};
 
 /// Arguments of `coldplate query`.
@@ -70,11 +71,11 @@ pub struct Args {
 /// A file that cannot be read or is damaged; a wrong, doubled or missing variable; a value without
 /// its unit.
 pub fn run(args: &Args, out: Output) -> Result<u8> {
-    let bytes = input::read(&args.surrogate)?;
+    let read = open(&args.surrogate)?;
     if let Some(path) = &args.out {
         check_ending(path)?;
     }
-    let (bytes, given) = stated::with_known(&bytes, &args.condition.values()?).map_err(|e| e.in_file(&args.surrogate))?;
+    let (bytes, given) = stated::with_known(&read.bytes, &args.condition.values()?).map_err(|e| e.in_file(&args.surrogate))?;
     if let Some(path) = &args.out {
         atomic_file::write(path, &bytes)?;
     }
@@ -92,8 +93,8 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     };
     let reply = question.ask(&surrogate)?;
     let (text, status) = match &reply {
-        Reply::At(answer) => (text::text(&surrogate, answer), status(answer.verdict)),
-        Reply::Indices(found) => (text::of_indices(&surrogate, &question.condition, found), 0),
+        QuestionReply::At(answer) => (text::text(&surrogate, answer), status(answer.verdict)),
+        QuestionReply::Indices(found) => (text::of_indices(&surrogate, &question.condition, found), 0),
         open => free::told(&surrogate, open),
     };
     out.report(&text, &reply.record(&surrogate));
@@ -119,7 +120,8 @@ fn many(surrogate: &Surrogate<'_>, csv: &Path, given: &[(String, String)], args:
     // A mistake shows before the first answer; only a pipe, which can be read once, is answered up to its mistake.
     let is_file = std::fs::metadata(csv).is_ok_and(|m| m.is_file());
     let total = if is_file { Some(stream::check(surrogate, open()?, given).map_err(|e| e.in_file(csv))?) } else { None };
-    let form = Form { json: out.json, columns: args.columns.clone(), digits: args.digits.map(usize::from), confidence: args.confidence };
+    let form =
+        AnswerForm { json: out.json, columns: args.columns.clone(), digits: args.digits.map(usize::from), confidence: args.confidence };
     let tally = stream::answer(surrogate, open()?, given, &form, total, &out.progress(), out.pieces()).map_err(|e| e.in_file(csv))?;
     Ok(if tally.refused {
         1

@@ -2,21 +2,23 @@
 
 use crate::cli::text::table;
 use coldplate_base::numbers::{compact, significant};
-use coldplate_surrogate::fit::model::{Held, MOVED};
-use coldplate_surrogate::verdict::indices::{Indices, Quantity};
-use coldplate_surrogate::verdict::{Acceptability, Answer, ChanceAnswer, LimitAnswer, Outside, Settling, Surrogate, Temperature};
+use coldplate_surrogate::fit::model::{HeldSpec, MOVED};
+use coldplate_surrogate::verdict::indices::{QuantityIndices, SobolIndices};
+use coldplate_surrogate::verdict::{
+    Acceptability, ChanceAnswer, LimitAnswer, OutOfRange, Surrogate, SurrogateAnswer, TellingReading, Temperature,
+};
 
 /// Least share of a variance that is shown, dimensionless. Chosen: smaller ones decide nothing.
 const LEAST_SHARE: f64 = 0.02;
 
 /// The whole answer at one condition.
-pub(super) fn text(surrogate: &Surrogate<'_>, answer: &Answer) -> String {
+pub(super) fn text(surrogate: &Surrogate<'_>, answer: &SurrogateAnswer) -> String {
     let condition = surrogate.variables().zip(&answer.condition).map(|(v, x)| format!("{} {} {}", v.name, plain(*x), v.unit));
     let mut text = condition.collect::<Vec<_>>().join(", ") + "\n";
     let with_unit = |value: f64, unit: &str| if matches!(unit, "1" | "") { value.to_string() } else { format!("{value} {unit}") };
     let from = |name: &str| surrogate.provenance().find(|(key, _)| key.strip_prefix(MOVED) == Some(name)).map(|(_, from)| from);
-    let (moved, held): (Vec<&Held>, Vec<&Held>) = answer.held.iter().partition(|held| from(&held.name).is_some());
-    let stated = |held: &&Held| format!("{} {}", held.name, with_unit(held.value, &held.unit));
+    let (moved, held): (Vec<&HeldSpec>, Vec<&HeldSpec>) = answer.held.iter().partition(|held| from(&held.name).is_some());
+    let stated = |held: &&HeldSpec| format!("{} {}", held.name, with_unit(held.value, &held.unit));
     let moved: Vec<String> = moved.iter().map(|held| format!("{} ({})", stated(held), from(&held.name).unwrap_or(""))).collect();
     for (words, list) in [("moved", moved), ("held when the surrogate was made", held.iter().map(stated).collect())] {
         if !list.is_empty() {
@@ -60,7 +62,7 @@ pub(super) fn text(surrogate: &Surrogate<'_>, answer: &Answer) -> String {
 
 /// Number of meaningful decimals: two digits of the half width of a band, three for a surrogate without uncertainty of
 /// the machine.
-fn decimals(answer: &Answer, half_width: f64) -> usize {
+fn decimals(answer: &SurrogateAnswer, half_width: f64) -> usize {
     if answer.chance.is_some() { decimals_of(half_width) } else { 3 }
 }
 
@@ -97,22 +99,22 @@ fn reasons(chance: &ChanceAnswer) -> String {
         .map(|own| format!("{} {:.0} %{}", own.name, 100.0 * own.share, if own.is_assumed { " (assumed)" } else { "" }))
         .collect();
     let mut text = format!("Its variance: {}.\n", large.join(", "));
-    if let Some(Settling { point, deviation, unit, share }) = &chance.would_settle {
+    if let Some(TellingReading { point, deviation, unit, share }) = &chance.would_settle {
         text += &format!("A reading of '{point}' at this condition to {deviation} {unit} would take away {:.0} % of it.\n", 100.0 * share);
     }
     text
 }
 
 /// A variable outside the fitted range.
-pub(super) fn outside_sentence(outside: &Outside) -> String {
-    let Outside { name, unit, value, low, high } = outside;
+pub(super) fn outside_sentence(outside: &OutOfRange) -> String {
+    let OutOfRange { name, unit, value, low, high } = outside;
     if low == high {
         return format!("{name} = {value} {unit} is not the {low} {unit} at which it was held when the surrogate was made.\n");
     }
     format!("{name} = {} {unit} is outside the fitted range, {} to {} {unit}.\n", plain(*value), plain(*low), plain(*high))
 }
 
-fn sentence(answer: &Answer) -> String {
+fn sentence(answer: &SurrogateAnswer) -> String {
     let binding = answer.binding.and_then(|i| answer.limits.get(i));
     if let (Some(chance), Some(limit), true) = (&answer.chance, binding, answer.in_domain) {
         return chance_sentence(answer.verdict, chance, limit);
@@ -140,17 +142,17 @@ fn sentence(answer: &Answer) -> String {
 }
 
 /// Sobol' indices of each point and limit, as shares of its variance.
-pub(super) fn of_indices(surrogate: &Surrogate<'_>, given: &[(String, String)], found: &Indices) -> String {
+pub(super) fn of_indices(surrogate: &Surrogate<'_>, given: &[(String, String)], found: &SobolIndices) -> String {
     let open = surrogate.variables().filter(|v| given.iter().all(|(name, _)| name != v.name));
     let ranges: Vec<String> = open.map(|v| format!("{} {} to {} {}", v.name, plain(v.low), plain(v.high), v.unit)).collect();
     let assumed: Vec<&str> = found.factors.iter().filter(|own| own.is_assumed).map(|own| own.name.as_str()).collect();
-    let row = |own: &Quantity| {
+    let row = |own: &QuantityIndices| {
         let large = own.ranked(&found.factors, LEAST_SHARE).into_iter();
         let shares =
             large.map(|(factor, index)| format!("{} {:.0} ({:.0})", factor.name, 100.0 * index.first_order.max(0.0), 100.0 * index.total));
         vec![own.name.clone(), significant(own.deviation, 3), shares.collect::<Vec<_>>().join(", ")]
     };
-    let (limits, points): (Vec<&Quantity>, Vec<&Quantity>) = found.quantities.iter().partition(|own| own.is_limit);
+    let (limits, points): (Vec<&QuantityIndices>, Vec<&QuantityIndices>) = found.quantities.iter().partition(|own| own.is_limit);
     let numbers = surrogate.uncertainty().map(|_| "the machine's uncertain numbers".to_owned());
     let varied: Vec<String> = ranges.into_iter().chain(numbers).collect();
     let mut text = format!("Over {}\n\n", varied.join(", "));

@@ -25,21 +25,11 @@ pub struct Args {
     /// Sweep file
     #[arg(required = true)]
     sweep: Option<PathBuf>,
-    /// Folder for the tables and the journal (default: out/NAME, after the sweep file)
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
-    /// About how many cells (default: the sweep file's, or else the machine file's own)
-    #[arg(long, value_name = "N")]
-    cells: Option<usize>,
-    /// Change a value of the machine file, for example contact.motor.conductance="560 W/(m2 K)"
-    #[arg(long = "set", value_name = "KEY=VALUE")]
-    set: Vec<String>,
+    #[command(flatten)]
+    asked: SweepArgs,
     /// Run conditions again that failed before
     #[arg(long)]
     retry_failed: bool,
-    /// Solve every condition in full, whatever accuracy the sweep file asks for
-    #[arg(long)]
-    full: bool,
     /// Run the K-th of N parts alone, into a journal of its own
     #[arg(long, value_name = "K/N", conflicts_with_all = ["shards", "merge", "slurm"])]
     shard: Option<Shard>,
@@ -53,10 +43,28 @@ pub struct Args {
     cluster: Cluster,
 }
 
+/// Values and results of a sweep.
+#[derive(Debug, clap::Args)]
+pub(super) struct SweepArgs {
+    /// Folder for the results (default: out/NAME, after the sweep file)
+    #[arg(long, value_name = "DIR", help_heading = "Results")]
+    out: Option<PathBuf>,
+    /// About how many cells (default: the sweep file's, or else the machine file's own)
+    #[arg(long, value_name = "N", help_heading = "Machine")]
+    cells: Option<usize>,
+    /// Change a value of the machine file, for example contact.motor.conductance="560 W/(m2 K)"
+    #[arg(long = "set", value_name = "KEY=VALUE", help_heading = "Machine")]
+    set: Vec<String>,
+    /// Every condition solved in full, whatever accuracy the sweep file asks for
+    #[arg(long, help_heading = "Machine")]
+    full: bool,
+}
+
 /// How a sweep is run on a cluster.
 #[derive(Debug, clap::Args)]
 pub(super) struct Cluster {
-    /// Run as N tasks of an array of jobs on a cluster with Slurm, watch over them, and bring the results together (default: one for ten conditions, 1000 at most)
+    /// Run as N tasks of an array of jobs on a cluster with Slurm, watch over them, and bring the results together (default: one for
+    /// ten conditions, 1000 at most)
     #[arg(long, value_name = "N", num_args = 0..=1, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     slurm: Option<Option<u32>>,
     /// Option of sbatch, for example --sbatch=--time=4:00:00
@@ -79,42 +87,34 @@ struct Merge {
     /// Journals or folders of them (default: those in DIR/shards)
     #[arg(value_name = "JOURNAL|DIR")]
     journals: Vec<PathBuf>,
-    /// Folder for the tables and the journal (default: out/NAME, after the sweep file)
-    #[arg(long, value_name = "DIR", help_heading = "Results")]
-    out: Option<PathBuf>,
-    /// About how many cells (default: the sweep file's, or else the machine file's own)
-    #[arg(long, value_name = "N", help_heading = "Machine")]
-    cells: Option<usize>,
-    /// Change a value of the machine file, for example contact.motor.conductance="560 W/(m2 K)"
-    #[arg(long = "set", value_name = "KEY=VALUE", help_heading = "Machine")]
-    set: Vec<String>,
-    /// Every condition was solved in full, whatever accuracy the sweep file asks for
-    #[arg(long, help_heading = "Machine")]
-    full: bool,
+    #[command(flatten)]
+    asked: SweepArgs,
 }
 
-/// The folder for the results of a sweep file: the named one, or `out/NAME`.
-pub(super) fn folder_of(sweep: &Path, named: Option<&Path>) -> PathBuf {
-    named.map_or_else(|| Path::new("out").join(sweep.file_stem().unwrap_or("sweep".as_ref())), Path::to_path_buf)
-}
-
-/// The sweep of a file, with values changed and, where asked for, every condition to be solved in full.
-///
-/// # Errors
-/// The file cannot be read or is wrong; a change is none.
-pub(super) fn opened(file: &Path, cells: Option<usize>, set: &[String], full: bool) -> Result<Sweep> {
-    let sets = set.iter().map(|s| pair_of(s, "--set")).collect::<Result<Vec<_>>>()?;
-    let mut sweep = Sweep::open(file, cells, &sets)?;
-    if full {
-        sweep.solve_in_full();
+impl SweepArgs {
+    /// The folder for the results of a sweep file: the named one, or `out/NAME`.
+    pub(super) fn folder(&self, sweep: &Path) -> PathBuf {
+        self.out.clone().unwrap_or_else(|| Path::new("out").join(sweep.file_stem().unwrap_or("sweep".as_ref())))
     }
-    Ok(sweep)
-}
 
-impl Args {
-    fn typed(&self) -> Result<parts::Typed<'_>> {
-        let sweep = self.sweep.as_deref().ok_or_else(|| Error::input("no sweep file is named").help("coldplate sweep SWEEP.toml"))?;
-        Ok(parts::Typed { sweep, cells: self.cells, set: &self.set, full: self.full })
+    /// Changed keys and their values.
+    ///
+    /// # Errors
+    /// A pair without `=`.
+    fn sets(&self) -> Result<Vec<(String, String)>> {
+        self.set.iter().map(|s| pair_of(s, "--set")).collect()
+    }
+
+    /// The sweep of a file, with values changed and, where asked for, every condition to be solved in full.
+    ///
+    /// # Errors
+    /// The file cannot be read or is wrong; a change is none.
+    pub(super) fn open(&self, sweep: &Path) -> Result<Sweep> {
+        let mut sweep = Sweep::open(sweep, self.cells, &self.sets()?)?;
+        if self.full {
+            sweep.solve_in_full();
+        }
+        Ok(sweep)
     }
 }
 
@@ -124,19 +124,20 @@ impl Args {
 /// Bad input, a folder that cannot be written, or every condition failed.
 pub fn run(args: &Args, out: Output) -> Result<u8> {
     let start = Instant::now();
-    if let Some(Step::Merge(asked)) = &args.step {
-        let sweep = opened(&asked.sweep, asked.cells, &asked.set, asked.full)?;
-        return parts::merge(&sweep, &folder_of(&asked.sweep, asked.out.as_deref()), &asked.journals, out);
+    if let Some(Step::Merge(merge)) = &args.step {
+        let sweep = merge.asked.open(&merge.sweep)?;
+        return parts::merge(&sweep, &merge.asked.folder(&merge.sweep), &merge.journals, out);
     }
-    let typed = args.typed()?;
+    let file = args.sweep.as_deref().ok_or_else(|| Error::input("no sweep file is named").help("coldplate sweep SWEEP.toml"))?;
+    let typed = parts::Typed { sweep: file, asked: &args.asked };
     if let Some(count) = args.shards {
-        return parts::list(&typed, args.out.as_deref(), args.retry_failed, count as usize, out);
+        return parts::list(&typed, args.retry_failed, count as usize, out);
     }
-    let sweep = opened(typed.sweep, args.cells, &args.set, args.full)?;
+    let sweep = args.asked.open(file)?;
     if let Err(error) = designs::rehearse(&sweep) {
         out.note(&format!("warning: no surrogate can be fitted to this sweep: {}", error.what()));
     }
-    let folder = folder_of(typed.sweep, args.out.as_deref());
+    let folder = args.asked.folder(file);
     let progress = out.progress();
     let options = SweepOptions { threads: None, progress: Some(&progress), retry_failed: args.retry_failed };
     if let Some(shard) = args.shard {

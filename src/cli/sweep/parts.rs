@@ -5,8 +5,7 @@ use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
-use super::{Cluster, notes, told};
-use crate::cli::condition::pair_of;
+use super::{Cluster, SweepArgs, notes, told};
 use crate::cli::output::Output;
 use coldplate_base::error::Result;
 use coldplate_explore::cluster::{self, ClusterOptions, ClusterRecord};
@@ -14,14 +13,12 @@ use coldplate_explore::sweep::merge::{Merged, ranges};
 use coldplate_explore::sweep::record::SweepRecord;
 use coldplate_explore::sweep::shards::{self, Shard};
 use coldplate_explore::sweep::sweep_file::Sweep;
-use coldplate_explore::sweep::{Definition, SweepOptions};
+use coldplate_explore::sweep::{SweepDefinition, SweepOptions};
 
 /// Arguments that the command of a part repeats from the one that was typed.
 pub(crate) struct Typed<'a> {
     pub sweep: &'a Path,
-    pub cells: Option<usize>,
-    pub set: &'a [String],
-    pub full: bool,
+    pub asked: &'a SweepArgs,
 }
 
 /// Runs one part.
@@ -39,17 +36,19 @@ pub(super) fn run(sweep: &Sweep, shard: Shard, folder: &Path, options: SweepOpti
 }
 
 /// Prints the command of every part.
-pub(super) fn list(typed: &Typed<'_>, folder: Option<&Path>, retry_failed: bool, count: usize, out: Output) -> Result<u8> {
+pub(super) fn list(typed: &Typed<'_>, retry_failed: bool, count: usize, out: Output) -> Result<u8> {
     // Without the mesh, which takes its time.
-    let mut definition = Definition::read(typed.sweep)?;
-    if typed.full {
+    let mut definition = SweepDefinition::read(typed.sweep)?;
+    if typed.asked.full {
         definition.accuracy = None;
     }
-    let sets = typed.set.iter().map(|s| pair_of(s, "--set")).collect::<Result<Vec<_>>>()?;
-    shards::check(&definition.plan(&definition.scope(&sets)?.variables)?)?;
+    shards::check(&definition.plan(&definition.scope(&typed.asked.sets()?)?.variables)?)?;
     let command = |shard: Shard| {
         let again = retry_failed.then(|| "--retry-failed".to_string());
-        shell(&[arguments(typed, folder), again.into_iter().chain(["--shard".into(), shard.to_string()]).collect()].concat())
+        shell(
+            &[arguments(typed, typed.asked.out.as_deref()), again.into_iter().chain(["--shard".into(), shard.to_string()]).collect()]
+                .concat(),
+        )
     };
     let commands: Vec<String> = Shard::all(count).map(command).collect();
     let text: String = commands.iter().map(|line| format!("{line}\n")).collect();
@@ -68,9 +67,9 @@ fn arguments(typed: &Typed<'_>, out: Option<&Path>) -> Vec<String> {
     let program = std::env::args().next().unwrap_or_else(|| "coldplate".into());
     let mut words = vec![program, "sweep".into(), path(typed.sweep)];
     words.extend(out.iter().flat_map(|out| ["--out".into(), path(out)]));
-    words.extend(typed.cells.iter().flat_map(|cells| ["--cells".into(), cells.to_string()]));
-    words.extend(typed.full.then(|| "--full".to_string()));
-    words.extend(typed.set.iter().flat_map(|set| ["--set".into(), set.clone()]));
+    words.extend(typed.asked.cells.iter().flat_map(|cells| ["--cells".into(), cells.to_string()]));
+    words.extend(typed.asked.full.then(|| "--full".to_string()));
+    words.extend(typed.asked.set.iter().flat_map(|set| ["--set".into(), set.clone()]));
     words
 }
 

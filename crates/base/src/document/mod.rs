@@ -4,8 +4,8 @@
 //! asked for, and [`Section::finish`] turns every key nobody asked for into an error with a "did you mean".
 //!
 //! ```
-//! use crate::document::Document;
-//! use crate::units::Dimension;
+//! use coldplate_base::document::Document;
+//! use coldplate_base::units::Dimension;
 //! let mut file = Document::parse("[contact.motor]\nconductance = '560 W/(m2 K)'", "rig.toml").unwrap();
 //! file.apply_set("contact.motor.conductance", "600 W/(m2 K)").unwrap();
 //! let root = file.root();
@@ -35,7 +35,7 @@ mod value;
 pub use edit::edited;
 pub use leaf::Leaf;
 pub use rewrite::name_of;
-pub use spread::{Spread, Uncertain};
+pub use spread::{StatedSpread, Uncertain};
 pub use tree::quoted;
 pub use value::Value;
 
@@ -74,18 +74,6 @@ impl Document {
         Self::parse(&text, path)
     }
 
-    /// Reads a file and applies `sets` (key, value) to it; see [`Document::apply_set`].
-    ///
-    /// # Errors
-    /// Errors of [`Document::read`] and [`Document::apply_set`].
-    pub fn with_sets(path: impl AsRef<Path>, sets: &[(String, String)]) -> Result<Self> {
-        let mut document = Self::read(path)?;
-        for (key, value) in sets {
-            document.apply_set(key, value).map_err(|error| error.in_file(document.file()))?;
-        }
-        Ok(document)
-    }
-
     /// Parses `text`; `file` is the name used in errors.
     ///
     /// # Errors
@@ -111,6 +99,17 @@ impl Document {
         })?;
         let root = item(&DeValue::Table(table.into_inner()), Origin::Line(1), &|at| Origin::Line(line_of(at)));
         Ok(Self { file, root, hasher: Sha256::new_with_prefix(text.as_bytes()) })
+    }
+
+    /// The document with `sets` (key, value) applied to it; see [`Document::apply_set`].
+    ///
+    /// # Errors
+    /// Errors of [`Document::apply_set`].
+    pub fn with_sets(mut self, sets: &[(String, String)]) -> Result<Self> {
+        for (key, value) in sets {
+            self.apply_set(key, value).map_err(|error| error.in_file(&self.file))?;
+        }
+        Ok(self)
     }
 
     /// The name of the file.

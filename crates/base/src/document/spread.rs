@@ -4,7 +4,7 @@ use crate::units;
 
 /// Uncertainty of a number.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Spread {
+pub enum StatedSpread {
     /// A standard deviation as a share of the number.
     Share(f64),
     /// A standard deviation with its unit, which has the dimension of the number; unit `1` for a number without unit.
@@ -14,7 +14,7 @@ pub enum Spread {
     Limits(f64, String),
 }
 
-impl Spread {
+impl StatedSpread {
     /// Splits a text into the number without its uncertainty, and the uncertainty; `None` if the text states no
     /// uncertain quantity.
     pub(super) fn split(text: &str) -> Option<(String, Self)> {
@@ -38,8 +38,8 @@ impl Spread {
     }
 }
 
-impl Spread {
-    /// The number's text with this uncertainty behind it; [`Spread::split`] is the inverse.
+impl StatedSpread {
+    /// The number's text with this uncertainty behind it; [`StatedSpread::split`] is the inverse.
     pub(super) fn written(&self, plain: &str) -> String {
         let with = |amount: f64, unit: &str| if unit == "1" { format!("{amount:?}") } else { format!("{amount:?} {unit}") };
         match (self, units::quantity(plain)) {
@@ -56,7 +56,7 @@ pub struct Uncertain {
     /// Dotted key of the number, as for [`super::Document::apply_set`].
     pub key: String,
     /// Uncertainty of the number.
-    pub spread: Spread,
+    pub spread: StatedSpread,
 }
 
 #[cfg(test)]
@@ -66,21 +66,21 @@ mod tests {
     #[test]
     fn numbers_and_what_is_uncertain_of_them() {
         let unit = || "W/(m2 K)".to_string();
-        let deviation = |plain: &str, d: f64, unit: &str| Some((plain.to_string(), Spread::Deviation(d, unit.to_string())));
-        assert_eq!(Spread::split("560 +- 40 W/(m2 K)"), deviation("560 W/(m2 K)", 40.0, &unit()));
-        assert_eq!(Spread::split("560 W/(m2 K) ± 40 W/(m2 K)"), deviation("560 W/(m2 K)", 40.0, &unit()));
-        assert_eq!(Spread::split("20 degC +- 0.3 K"), deviation("20 degC", 0.3, "K"));
+        let deviation = |plain: &str, d: f64, unit: &str| Some((plain.to_string(), StatedSpread::Deviation(d, unit.to_string())));
+        assert_eq!(StatedSpread::split("560 +- 40 W/(m2 K)"), deviation("560 W/(m2 K)", 40.0, &unit()));
+        assert_eq!(StatedSpread::split("560 W/(m2 K) ± 40 W/(m2 K)"), deviation("560 W/(m2 K)", 40.0, &unit()));
+        assert_eq!(StatedSpread::split("20 degC +- 0.3 K"), deviation("20 degC", 0.3, "K"));
         for text in ["560 W/(m2 K) +- 40.0 W/(m2 K)", "0.55 +- 10.0 %", "20 degC +- 0.3 K", "500.0 .. 620.0 W/(m2 K)", "0.5 .. 0.6"] {
-            let (plain, spread) = Spread::split(text).unwrap();
-            assert_eq!(Spread::split(&spread.written(&plain)).map(|(plain, _)| plain), Some(plain.clone()), "{text}");
+            let (plain, spread) = StatedSpread::split(text).unwrap();
+            assert_eq!(StatedSpread::split(&spread.written(&plain)).map(|(plain, _)| plain), Some(plain.clone()), "{text}");
         }
-        assert_eq!(Spread::Share(0.1).written("0.55"), "0.55 +- 10.0 %");
-        assert_eq!(Spread::split("0.55 +- 0.1"), deviation("0.55", 0.1, "1"));
-        assert_eq!(Spread::split("0.55 +- 10 %"), Some(("0.55".into(), Spread::Share(0.1))));
-        assert_eq!(Spread::split("560 W/(m2 K) +- 7%"), Some(("560 W/(m2 K)".into(), Spread::Share(0.07))));
-        assert_eq!(Spread::split("500 .. 620 W/(m2 K)"), Some(("560.0 W/(m2 K)".into(), Spread::Limits(60.0, unit()))));
+        assert_eq!(StatedSpread::Share(0.1).written("0.55"), "0.55 +- 10.0 %");
+        assert_eq!(StatedSpread::split("0.55 +- 0.1"), deviation("0.55", 0.1, "1"));
+        assert_eq!(StatedSpread::split("0.55 +- 10 %"), Some(("0.55".into(), StatedSpread::Share(0.1))));
+        assert_eq!(StatedSpread::split("560 W/(m2 K) +- 7%"), Some(("560 W/(m2 K)".into(), StatedSpread::Share(0.07))));
+        assert_eq!(StatedSpread::split("500 .. 620 W/(m2 K)"), Some(("560.0 W/(m2 K)".into(), StatedSpread::Limits(60.0, unit()))));
         for no in ["560 W/(m2 K)", "560 +- forty W", "motor +- 2", "620 .. 500 W", "560 W +- 3 K", "0.1 * speed +- 3"] {
-            assert_eq!(Spread::split(no), None, "{no}");
+            assert_eq!(StatedSpread::split(no), None, "{no}");
         }
     }
 }

@@ -4,7 +4,7 @@ use std::fmt;
 
 use toml::de::DeValue;
 
-use super::spread::Spread;
+use super::spread::StatedSpread;
 
 /// The key under which a table marks its numbers as assumed.
 pub(super) const ASSUMED: &str = "assumed";
@@ -35,13 +35,13 @@ pub(super) struct Item {
     /// The text given by a `--set`; it is also used where a string is expected.
     pub(super) raw: Option<String>,
     /// Uncertainty of the number at this item.
-    pub(super) spread: Option<Spread>,
+    pub(super) spread: Option<StatedSpread>,
 }
 
 impl Item {
     /// A text item. A number stated as uncertain is stored as the plain number, with its uncertainty in `spread`.
     pub(super) fn text(text: String, origin: Origin) -> Self {
-        match Spread::split(&text) {
+        match StatedSpread::split(&text) {
             Some((plain, spread)) => Self { node: Node::Text(plain), origin, raw: None, spread: Some(spread) },
             None => Self { node: Node::Text(text), origin, raw: None, spread: None },
         }

@@ -8,14 +8,14 @@
 //!   slot's own unit ([`slot_unit`]), or in a unit that is given with the expression.
 //!
 //! ```
-//! use crate::error::Location;
-//! use crate::formula::{Formula, Names, Values};
-//! use crate::units::Dimension;
-//! let mut names = Names::default();
+//! use coldplate_base::error::Location;
+//! use coldplate_base::formula::{Formula, FormulaNames, FormulaValues};
+//! use coldplate_base::units::Dimension;
+//! let mut names = FormulaNames::default();
 //! names.add("motor_speed_rpm").unwrap();
 //! let power = Formula::parse("0.0453 * motor_speed_rpm + 2", Dimension::POWER, None, &names, Location::default()).unwrap();
-//! assert!((power.evaluate(&Values(vec![2500.0])).unwrap() - 115.25).abs() < 1e-12);
-//! assert_eq!(power.derivative(&Values(vec![2500.0]), &Values(vec![1.0])).unwrap(), 0.0453);
+//! assert!((power.evaluate(&FormulaValues(vec![2500.0])).unwrap() - 115.25).abs() < 1e-12);
+//! assert_eq!(power.derivative(&FormulaValues(vec![2500.0]), &FormulaValues(vec![1.0])).unwrap(), 0.0453);
 //! ```
 //!
 //! Temperatures of parts are no names here: a source that depends on them would make the formulas part of Newton's
@@ -31,9 +31,9 @@ mod program;
 
 use program::Op;
 
-/// The names formulas may use, each with its slot in [`Values`].
+/// The names formulas may use, each with its slot in [`FormulaValues`].
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Names {
+pub struct FormulaNames {
     /// Slot names in order, the bare names of condition variables (in SI) included.
     names: Vec<String>,
     by_name: BTreeMap<String, usize>,
@@ -41,7 +41,7 @@ pub struct Names {
     bare: BTreeMap<String, Dimension>,
 }
 
-impl Names {
+impl FormulaNames {
     /// Adds a name for expressions and returns its slot.
     ///
     /// # Errors
@@ -67,7 +67,7 @@ impl Names {
     /// bare name only if the variable is a pure number.
     ///
     /// # Errors
-    /// Errors of [`Names::add`].
+    /// Errors of [`FormulaNames::add`].
     pub fn add_bare(&mut self, name: &str, dimension: Dimension) -> Result<usize> {
         let slot = self.add(name)?;
         self.bare.insert(name.to_string(), dimension);
@@ -96,9 +96,9 @@ impl Names {
     }
 }
 
-/// A number for every slot of [`Names`].
+/// A number for every slot of [`FormulaNames`].
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Values(pub Vec<f64>);
+pub struct FormulaValues(pub Vec<f64>);
 
 /// A number that may depend on the condition. Cheap to clone and to evaluate.
 #[derive(Debug, Clone, PartialEq)]
@@ -166,7 +166,7 @@ impl Formula {
     /// # Errors
     /// The text is neither a constant with a unit of this dimension, nor a variable of this dimension, nor an
     /// expression of known names. The error does not carry `place`.
-    pub fn parse(text: &str, dimension: Dimension, unit: Option<&str>, names: &Names, place: Location) -> Result<Self> {
+    pub fn parse(text: &str, dimension: Dimension, unit: Option<&str>, names: &FormulaNames, place: Location) -> Result<Self> {
         let text = text.trim();
         let formula =
             |program: Vec<Op>, scale, offset| Self { program: program.into(), scale, offset, text: text.into(), place: Arc::new(place) };
@@ -208,7 +208,7 @@ impl Formula {
     ///
     /// # Errors
     /// The value is not finite; the error names the formula and its place.
-    pub fn evaluate(&self, values: &Values) -> Result<f64> {
+    pub fn evaluate(&self, values: &FormulaValues) -> Result<f64> {
         let value = if let [Op::Number(number)] = *self.program { number } else { program::run(&self.program, &values.0, None).0 };
         self.finite(self.scale * value + self.offset, "value")
     }
@@ -219,7 +219,7 @@ impl Formula {
     ///
     /// # Errors
     /// The derivative is not finite.
-    pub fn derivative(&self, values: &Values, tangent: &Values) -> Result<f64> {
+    pub fn derivative(&self, values: &FormulaValues, tangent: &FormulaValues) -> Result<f64> {
         self.finite(self.scale * program::run(&self.program, &values.0, Some(&tangent.0)).1, "derivative")
     }
 
@@ -233,7 +233,7 @@ impl Formula {
         &self.text
     }
 
-    /// The slots of [`Names`] that the formula depends on.
+    /// The slots of [`FormulaNames`] that the formula depends on.
     pub fn slots(&self) -> impl Iterator<Item = usize> + '_ {
         self.program.iter().filter_map(|op| if let Op::Slot(slot) = op { Some(*slot) } else { None })
     }
@@ -264,7 +264,7 @@ impl Formula {
 }
 
 /// A better error for a condition variable used in an expression without its unit.
-fn names_with_unit(error: &Error, text: &str, names: &Names) -> Option<Error> {
+fn names_with_unit(error: &Error, text: &str, names: &FormulaNames) -> Option<Error> {
     let used = program::names_in(text);
     let name = used.into_iter().find(|name| names.bare.contains_key(*name) && error.what().contains(&format!("'{name}'")))?;
     let with_unit: Vec<&str> = names.in_expressions().into_iter().filter(|n| n.starts_with(&format!("{name}_"))).collect();

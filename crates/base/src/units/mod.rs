@@ -1,7 +1,7 @@
 //! The program computes in SI; in files, values carry their unit. Celsius and Kelvin are different types.
 //!
 //! ```
-//! use crate::units::{parse, Dimension};
+//! use coldplate_base::units::{parse, Dimension};
 //! assert_eq!(parse("9.42 L/min", Dimension::VOLUME_FLOW).unwrap(), 9.42e-3 / 60.0);
 //! assert_eq!(parse("20.5 degC", Dimension::TEMPERATURE).unwrap(), 293.65); // kelvin
 //! assert!(parse("20.5", Dimension::TEMPERATURE).is_err()); // a bare number is refused
@@ -384,7 +384,7 @@ pub fn dimension_of(unit_text: &str) -> Result<Dimension> {
 /// A text split into its number, its unit and the dimension of that unit; `None` if the text is no quantity.
 ///
 /// ```
-/// # use crate::units::{Dimension, quantity};
+/// # use coldplate_base::units::{Dimension, quantity};
 /// assert_eq!(quantity("560 W/(m2 K)"), Some((560.0, "W/(m2 K)", Dimension::FILM)));
 /// assert_eq!(quantity("0.0453 * motor_speed_rpm"), None);
 /// ```

@@ -13,7 +13,7 @@ const MOST: usize = 4 << 30;
 
 /// Type of the numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum NumberType {
     Integer {
         bytes: usize,
         is_signed: bool,
@@ -24,26 +24,26 @@ pub(super) enum Kind {
     Other,
 }
 
-impl Kind {
-    pub(super) fn named(name: &str) -> Kind {
+impl NumberType {
+    pub(super) fn named(name: &str) -> NumberType {
         let (is_signed, width) = match (name.strip_prefix("Int"), name.strip_prefix("UInt")) {
             (Some(width), _) => (true, width),
             (_, Some(width)) => (false, width),
             _ => (false, name),
         };
         match (name, width) {
-            ("Float32", _) => Kind::Float32,
-            ("Float64", _) => Kind::Float64,
-            (_, "8" | "16" | "32" | "64") => Kind::Integer { bytes: width.parse::<usize>().map_or(1, |bits| bits / 8), is_signed },
-            _ => Kind::Other,
+            ("Float32", _) => NumberType::Float32,
+            ("Float64", _) => NumberType::Float64,
+            (_, "8" | "16" | "32" | "64") => NumberType::Integer { bytes: width.parse::<usize>().map_or(1, |bits| bits / 8), is_signed },
+            _ => NumberType::Other,
         }
     }
 
     fn bytes(self) -> usize {
         match self {
-            Kind::Integer { bytes, .. } => bytes,
-            Kind::Float32 => 4,
-            Kind::Float64 | Kind::Other => 8,
+            NumberType::Integer { bytes, .. } => bytes,
+            NumberType::Float32 => 4,
+            NumberType::Float64 | NumberType::Other => 8,
         }
     }
 
@@ -51,13 +51,13 @@ impl Kind {
     fn number(self, bytes: &[u8]) -> f64 {
         let bits = bytes.iter().rev().fold(0_u64, |bits, byte| bits << 8 | u64::from(*byte));
         match self {
-            Kind::Float32 => f64::from(f32::from_bits(bits as u32)),
-            Kind::Integer { bytes, is_signed: true } => {
+            NumberType::Float32 => f64::from(f32::from_bits(bits as u32)),
+            NumberType::Integer { bytes, is_signed: true } => {
                 let unused = 64 - 8 * bytes as u32;
                 (((bits << unused) as i64) >> unused) as f64
             }
-            Kind::Integer { .. } => bits as f64,
-            Kind::Float64 | Kind::Other => f64::from_bits(bits),
+            NumberType::Integer { .. } => bits as f64,
+            NumberType::Float64 | NumberType::Other => f64::from_bits(bits),
         }
     }
 }
@@ -75,14 +75,14 @@ pub(super) enum Stored {
 #[derive(Debug)]
 pub(super) struct Array {
     pub(super) name: String,
-    pub(super) kind: Kind,
+    pub(super) kind: NumberType,
     pub(super) components: usize,
     pub(super) stored: Stored,
 }
 
 impl Array {
     pub(super) fn is_numbers(&self) -> bool {
-        self.kind != Kind::Other
+        self.kind != NumberType::Other
     }
 }
 
@@ -205,7 +205,7 @@ fn miscounted(found: &str, wanted: usize) -> Error {
     Error::input(format!("this array has {found}, and its mesh asks for {wanted}")).help(AGAIN)
 }
 
-fn in_text(bytes: &[u8], wanted: usize, kind: Kind) -> Result<Vec<f64>> {
+fn in_text(bytes: &[u8], wanted: usize, kind: NumberType) -> Result<Vec<f64>> {
     let text = std::str::from_utf8(bytes).map_err(|_| Error::input("these numbers are no text").help(AGAIN))?;
     let mut values = Vec::new();
     for word in text.split_ascii_whitespace() {
@@ -214,7 +214,7 @@ fn in_text(bytes: &[u8], wanted: usize, kind: Kind) -> Result<Vec<f64>> {
         }
         let value: f64 = word.parse().map_err(|_| Error::input("no number can be read here").read(word).help(AGAIN))?;
         // The shortest digits that distinguish a single-precision number are kept exactly in double precision.
-        values.push(if kind == Kind::Float32 { f64::from(value as f32) } else { value });
+        values.push(if kind == NumberType::Float32 { f64::from(value as f32) } else { value });
     }
     if values.len() == wanted { Ok(values) } else { Err(miscounted(&format!("{} numbers", values.len()), wanted)) }
 }

@@ -10,7 +10,7 @@ mod tags;
 
 use std::path::{Path, PathBuf};
 
-pub use place::{Place, Weight};
+pub use place::{MeshPlace, Weight};
 
 use crate::error::{Error, Result, did_you_mean};
 use crate::input;
@@ -31,7 +31,7 @@ struct Piece {
 
 /// Support of a field: the places at which its values are known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Support {
+pub enum FieldSupport {
     /// At the points of the mesh.
     Points,
     /// In its cells.
@@ -49,9 +49,9 @@ pub struct Vtu {
 
 /// A scalar, or one component of a vector: `values[i * components + component]`.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Field {
+pub struct VtuField {
     /// Support of the field.
-    pub support: Support,
+    pub support: FieldSupport,
     /// Number of components per point or cell.
     pub components: usize,
     /// All values, point by point or cell by cell.
@@ -112,13 +112,13 @@ impl Vtu {
     ///
     /// # Errors
     /// There is none, parts of the mesh differ in it, or its numbers cannot be read.
-    pub fn field(&self, name: &str, support: Option<Support>) -> Result<Field> {
-        let has = |own: Support| self.pieces.iter().any(|piece| piece.find(own, name).is_some());
-        let wanted = [Support::Points, Support::Cells].into_iter().filter(|own| support.is_none_or(|asked| asked == *own));
+    pub fn field(&self, name: &str, support: Option<FieldSupport>) -> Result<VtuField> {
+        let has = |own: FieldSupport| self.pieces.iter().any(|piece| piece.find(own, name).is_some());
+        let wanted = [FieldSupport::Points, FieldSupport::Cells].into_iter().filter(|own| support.is_none_or(|asked| asked == *own));
         let support = wanted.into_iter().find(|own| has(*own)).ok_or_else(|| self.no_field(name, support))?;
         let (mut components, mut values) = (None, Vec::new());
         for (piece, number) in self.pieces.iter().zip(1..) {
-            let count = if support == Support::Points { piece.points } else { piece.cells };
+            let count = if support == FieldSupport::Points { piece.points } else { piece.cells };
             if count == 0 {
                 continue;
             }
@@ -131,7 +131,7 @@ impl Vtu {
             }
             values.extend(self.decode(array, count)?);
         }
-        Ok(Field { support, components: components.unwrap_or(1), values })
+        Ok(VtuField { support, components: components.unwrap_or(1), values })
     }
 
     /// Coordinates of the points.
@@ -199,12 +199,12 @@ impl Vtu {
         self.coding.decode(array, count, &self.bytes).map_err(|e| e.at_key(&array.name).in_file(&self.file))
     }
 
-    fn no_field(&self, name: &str, support: Option<Support>) -> Error {
+    fn no_field(&self, name: &str, support: Option<FieldSupport>) -> Error {
         let names = self.fields();
         let place = match support {
             None => "",
-            Some(Support::Points) => " at the points",
-            Some(Support::Cells) => " in the cells",
+            Some(FieldSupport::Points) => " at the points",
+            Some(FieldSupport::Cells) => " in the cells",
         };
         let help = match did_you_mean(name, names.iter().copied()) {
             Some(meant) if meant != name => format!("did you mean '{meant}'?"),
@@ -216,8 +216,8 @@ impl Vtu {
 }
 
 impl Piece {
-    fn find(&self, support: Support, name: &str) -> Option<&Array> {
-        let all = if support == Support::Points { &self.at_points } else { &self.at_cells };
+    fn find(&self, support: FieldSupport, name: &str) -> Option<&Array> {
+        let all = if support == FieldSupport::Points { &self.at_points } else { &self.at_cells };
         all.iter().find(|array| array.name == name && array.is_numbers())
     }
 }

@@ -1,6 +1,6 @@
 //! Place of a point in a mesh, and the weights with which the surrounding corners give a value there.
 
-use super::{Cells, Field, Support};
+use super::{Cells, FieldSupport, VtuField};
 use crate::vector::{cross, dot, minus, norm};
 
 /// Weight of a corner: point index, and weight.
@@ -8,7 +8,7 @@ pub type Weight = (usize, f64);
 
 /// Place in a mesh at which a value is read.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Place {
+pub enum MeshPlace {
     /// Within a cell: the weighted corners of a triangle or tetrahedron of the cell.
     Inside {
         /// The cell.
@@ -69,8 +69,8 @@ impl Cells {
     }
 
     /// Place of the point `at` in these cells with corners at `points`; `None` if there are no points.
-    pub fn place(&self, points: &[[f64; 3]], at: [f64; 3]) -> Option<Place> {
-        let mut best: Option<(f64, Place)> = None;
+    pub fn place(&self, points: &[[f64; 3]], at: [f64; 3]) -> Option<MeshPlace> {
+        let mut best: Option<(f64, MeshPlace)> = None;
         for (cell, shape) in self.shapes.iter().enumerate() {
             let own = self.corners_of(cell);
             if simplices(*shape).is_empty() || !is_near(own, points, at) {
@@ -81,30 +81,30 @@ impl Cells {
                 let Some(weights) = weights(&corners, points, at) else { continue };
                 let least = weights.iter().copied().fold(f64::INFINITY, f64::min);
                 if least >= -SLACK && best.as_ref().is_none_or(|(before, _)| least > *before) {
-                    best = Some((least, Place::Inside { cell, corners: corners.into_iter().zip(weights).collect() }));
+                    best = Some((least, MeshPlace::Inside { cell, corners: corners.into_iter().zip(weights).collect() }));
                 }
             }
         }
         best.map(|(_, place)| place).or_else(|| self.nearest(points, at))
     }
 
-    fn nearest(&self, points: &[[f64; 3]], at: [f64; 3]) -> Option<Place> {
+    fn nearest(&self, points: &[[f64; 3]], at: [f64; 3]) -> Option<MeshPlace> {
         let all = points.iter().map(|p| norm(minus(*p, at))).enumerate();
         let (point, distance) = all.filter(|(_, d)| d.is_finite()).min_by(|a, b| a.1.total_cmp(&b.1))?;
         let cell = (0..self.len()).find(|c| self.corners_of(*c).contains(&point));
-        Some(Place::Near { point, cell, distance })
+        Some(MeshPlace::Near { point, cell, distance })
     }
 }
 
-impl Place {
+impl MeshPlace {
     /// Value of one component of `field` at this place; `None` for a field of cells if no cell is here.
-    pub fn value(&self, field: &Field, component: usize) -> Option<f64> {
+    pub fn value(&self, field: &VtuField, component: usize) -> Option<f64> {
         let of = |i: usize| field.values.get(i * field.components + component).copied();
         match (self, field.support) {
-            (Place::Inside { corners, .. }, Support::Points) => corners.iter().map(|(c, weight)| Some(weight * of(*c)?)).sum(),
-            (Place::Inside { cell, .. }, Support::Cells) => of(*cell),
-            (Place::Near { point, .. }, Support::Points) => of(*point),
-            (Place::Near { cell, .. }, Support::Cells) => cell.and_then(of),
+            (MeshPlace::Inside { corners, .. }, FieldSupport::Points) => corners.iter().map(|(c, weight)| Some(weight * of(*c)?)).sum(),
+            (MeshPlace::Inside { cell, .. }, FieldSupport::Cells) => of(*cell),
+            (MeshPlace::Near { point, .. }, FieldSupport::Points) => of(*point),
+            (MeshPlace::Near { cell, .. }, FieldSupport::Cells) => cell.and_then(of),
         }
     }
 }
@@ -170,19 +170,19 @@ mod tests {
             let cells = Cells { corners: (0..points.len()).collect(), ends: vec![points.len()], shapes: vec![shape] };
             let at = [0.2, 0.3, if matches!(shape, 5 | 8 | 9) { 0.0 } else { 0.1 }];
             let values = points.iter().map(|p| 3.0 + 2.0 * p[0] - p[1] + 5.0 * p[2]).collect();
-            let field = Field { support: Support::Points, components: 1, values };
+            let field = VtuField { support: FieldSupport::Points, components: 1, values };
             let place = cells.place(&points, at).unwrap();
-            assert!(matches!(place, Place::Inside { cell: 0, .. }), "shape {shape}: {place:?}");
+            assert!(matches!(place, MeshPlace::Inside { cell: 0, .. }), "shape {shape}: {place:?}");
             let value = place.value(&field, 0).unwrap();
             assert!((value - (3.0 + 2.0 * at[0] - at[1] + 5.0 * at[2])).abs() < 1e-12, "shape {shape}: {value}");
             // Every place of a filled cube is inside: its tetrahedra leave no gap.
             if matches!(shape, 11 | 12) {
                 let inside =
                     |i: i32| cells.place(&points, [0.1 * f64::from(i % 10), 0.1 * f64::from(i / 10 % 10), 0.1 * f64::from(i / 100)]);
-                assert!((0..1000).all(|i| matches!(inside(i), Some(Place::Inside { .. }))));
+                assert!((0..1000).all(|i| matches!(inside(i), Some(MeshPlace::Inside { .. }))));
             }
             let off = cells.place(&points, [-3.0, 0.0, 0.0]).unwrap();
-            assert_eq!(off, Place::Near { point: 0, cell: Some(0), distance: 3.0 });
+            assert_eq!(off, MeshPlace::Near { point: 0, cell: Some(0), distance: 3.0 });
         }
     }
 }

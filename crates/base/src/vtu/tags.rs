@@ -5,7 +5,7 @@ use quick_xml::events::{BytesStart, Event};
 use quick_xml::reader::Reader;
 
 use super::Piece;
-use super::array::{Array, Coding, Kind, Stored};
+use super::array::{Array, Coding, NumberType, Stored};
 use crate::error::{Error, Result};
 
 /// Tag after which bytes that are no text may follow.
@@ -165,7 +165,7 @@ fn array_of(tag: &BytesStart<'_>) -> Result<Array> {
         Some(other) => return Err(Error::input("this form of an array is not known").at_key(name).read(other).help(AGAIN)),
     };
     let components = whole(tag, "NumberOfComponents")?.unwrap_or(1).max(1);
-    Ok(Array { name, kind: Kind::named(&kind), components, stored })
+    Ok(Array { name, kind: NumberType::named(&kind), components, stored })
 }
 
 /// Stores an array according to the elements around it, `open`.

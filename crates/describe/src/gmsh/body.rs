@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::Mesh;
+use super::MeshFile;
 use coldplate_base::error::{Error, Result};
 
 /// Size below which a tetrahedron counts as flat: its volume over the cube of the root of the summed squared edges
@@ -48,7 +48,7 @@ const FACES: [[usize; 3]; 4] = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]];
 
 impl Body {
     /// Cuts out the physical volume with index `volume`.
-    pub(super) fn new(mesh: &Mesh, volume: usize, scale: f64) -> Result<Self> {
+    pub(super) fn new(mesh: &MeshFile, volume: usize, scale: f64) -> Result<Self> {
         let group = &mesh.volumes[volume];
         let mut body = Self { name: group.name.clone(), mesh_hash: mesh.hash.clone(), worst_quality: 1.0, ..Self::default() };
         let mut local = vec![u32::MAX; mesh.points.len()];
@@ -98,7 +98,7 @@ impl Body {
         bounds
     }
 
-    fn name_surfaces(&mut self, mesh: &Mesh, local: &[u32]) {
+    fn name_surfaces(&mut self, mesh: &MeshFile, local: &[u32]) {
         let sorted = |mut t: [u32; 3]| {
             t.sort_unstable();
             t
@@ -130,7 +130,7 @@ fn signed_volume(p: [[f64; 3]; 4]) -> f64 {
 
 /// Turns the tetrahedra of one entity to positive volumes. All of them may be inverted; if only some are, the mesh is
 /// tangled.
-fn orient(mesh: &Mesh, run: &mut [[u32; 4]], tags: &[u64], scale: f64, worst: &mut f64) -> Result<()> {
+fn orient(mesh: &MeshFile, run: &mut [[u32; 4]], tags: &[u64], scale: f64, worst: &mut f64) -> Result<()> {
     let mut first_negative = None;
     let mut negative = 0;
     for (corners, tag) in run.iter_mut().zip(tags) {

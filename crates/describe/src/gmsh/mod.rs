@@ -1,7 +1,7 @@
 //! Reading tetrahedral meshes in Gmsh's MSH 4.1 format, text or binary.
 //!
-//! [`Mesh::read`] takes from a file the content that a thermal model needs: nodes, tetrahedra, triangles, and the
-//! *physical groups* that name volumes and surfaces. [`Mesh::body`] cuts one named volume out of it: its own numbering,
+//! [`MeshFile::read`] takes from a file the content that a thermal model needs: nodes, tetrahedra, triangles, and the
+//! *physical groups* that name volumes and surfaces. [`MeshFile::body`] cuts one named volume out of it: its own numbering,
 //! its boundary, and the named surfaces that lie on it. Format: Gmsh reference manual, section "MSH file format",
 //! version 4.1.
 //!
@@ -28,7 +28,7 @@ const SAVE_AS: &str = "save it with Gmsh: gmsh model.geo -3 -format msh41 -o mod
 
 /// A mesh file: all volumes it holds.
 #[derive(Debug, Clone, Default)]
-pub struct Mesh {
+pub struct MeshFile {
     /// The file the mesh came from.
     pub file: PathBuf,
     /// SHA-256 of the file, in hexadecimal.
@@ -60,7 +60,7 @@ struct Group {
     entities: Vec<i64>,
 }
 
-impl Mesh {
+impl MeshFile {
     /// Reads a mesh file.
     ///
     /// # Errors
@@ -73,7 +73,7 @@ impl Mesh {
     /// Reads a mesh from the bytes of a file; `file` is the name used in errors.
     ///
     /// # Errors
-    /// Errors of [`Mesh::read`].
+    /// Errors of [`MeshFile::read`].
     pub fn from_bytes(bytes: &[u8], file: &Path) -> Result<Self> {
         let raw = sections::read(bytes).map_err(|e| e.in_file(file))?;
         let mut mesh = raw.mesh().map_err(|e| e.in_file(file))?;
@@ -85,11 +85,6 @@ impl Mesh {
     /// Names of the volumes.
     pub fn volume_names(&self) -> Vec<&str> {
         self.volumes.iter().map(|g| g.name.as_str()).collect()
-    }
-
-    /// Names of the surfaces.
-    pub fn surface_names(&self) -> Vec<&str> {
-        self.surfaces.iter().map(|g| g.name.as_str()).collect()
     }
 
     /// Index of the volume called `name`; without a name, of the only volume.
@@ -151,7 +146,7 @@ struct Raw {
 
 impl Raw {
     /// Replaces tags by indices and collects the groups.
-    fn mesh(self) -> Result<Mesh> {
+    fn mesh(self) -> Result<MeshFile> {
         if let Some((kind, tag)) = self.others.values().next() {
             return Err(Error::input(format!("element {tag} is a {kind}; only tetrahedra can be used"))
                 .at_key(format!("element {tag}"))
@@ -177,7 +172,7 @@ impl Raw {
         for (nodes, tag) in self.triangles.iter().zip(&self.triangle_tags) {
             triangles.push([corner(nodes[0], *tag)?, corner(nodes[1], *tag)?, corner(nodes[2], *tag)?]);
         }
-        Ok(Mesh {
+        Ok(MeshFile {
             points: self.points,
             tetrahedra,
             tags: self.tags,
@@ -187,7 +182,7 @@ impl Raw {
             volume_runs: self.volume_runs,
             surface_runs: self.surface_runs,
             curved: self.curved,
-            ..Mesh::default()
+            ..MeshFile::default()
         })
     }
 }

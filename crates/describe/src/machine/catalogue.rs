@@ -2,7 +2,9 @@
 
 use serde::Serialize;
 
-use super::{Material, Property, fluids, library};
+use super::fluids;
+use super::library;
+use super::parts::{Material, Property};
 use coldplate_base::error::Result;
 use coldplate_base::units::{ZERO_CELSIUS, celsius};
 use coldplate_physics::liquid::Liquid;

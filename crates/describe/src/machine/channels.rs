@@ -1,11 +1,11 @@
 //! Coolant channels.
 
-use super::condition::Symbols;
-use super::film::Film;
+use super::film::FilmSource;
 use super::keys::flow as keys;
 use super::names::Index;
+use super::parts::{BlockShape, Part};
 use super::shape::{distance, origin, part_contains};
-use super::{Part, Shape};
+use super::symbols::Symbols;
 use crate::schema::Key;
 use coldplate_base::document::{Section, Value};
 use coldplate_base::error::Result;
@@ -26,7 +26,7 @@ pub struct Channel {
     /// Wetted length, m; `None` takes the length of the path.
     pub length: Option<f64>,
     /// Source of the film coefficient.
-    pub film: Film,
+    pub film: FilmSource,
     /// Factor on the film (dimensionless): fouling, or a correlation known to be off; 1 leaves the film unchanged.
     pub film_factor: f64,
     /// Resistance of scale on the wall, in series with the film, m² K/W.
@@ -78,7 +78,7 @@ pub(super) fn channels(root: &Section<'_>, parts: &[Part], symbols: &Symbols) ->
                 .error_at("bend_factor", "bends raise the film by a factor between 1 and 1.4")
                 .help("give 1.0..1.4, or \"auto\""));
         }
-        let film = Film::read(&section, symbols)?.unwrap_or(Film::Correlation { bend_factor, wall });
+        let film = FilmSource::read(&section, symbols)?.unwrap_or(FilmSource::Correlation { bend_factor, wall });
         let film_factor = keys::FILM_FACTOR.read(&section)?;
         if !(1e-3..=1e3).contains(&film_factor) {
             return Err(section
@@ -115,7 +115,9 @@ fn bore(section: &Section<'_>, part: &Part) -> Result<Option<(f64, Vec<[f64; 3]>
     let Some(reversed) = section.opt_choice("bore", &["start", "end"])? else { return Ok(None) };
     let hollow = match part.blocks.as_slice() {
         [block] => match &block.shape {
-            Shape::Cylinder { axis, base, length, inner, turn, .. } if *inner > 0.0 && turn.1 - turn.0 >= std::f64::consts::TAU - 1e-9 => {
+            BlockShape::Cylinder { axis, base, length, inner, turn, .. }
+                if *inner > 0.0 && turn.1 - turn.0 >= std::f64::consts::TAU - 1e-9 =>
+            {
                 let mut far = *base;
                 far[axis.index()] += length;
                 Some((2.0 * inner, *base, far))
@@ -137,7 +139,7 @@ fn bore(section: &Section<'_>, part: &Part) -> Result<Option<(f64, Vec<[f64; 3]>
 
 /// The corners of a channel in the machine's coordinates, checked to lie inside its part.
 fn path(section: &Section<'_>, part: &Part) -> Result<Vec<[f64; 3]>> {
-    if part.blocks.iter().any(|block| matches!(block.shape, Shape::Sphere { .. })) {
+    if part.blocks.iter().any(|block| matches!(block.shape, BlockShape::Sphere { .. })) {
         return Err(section
             .error_at("in", format!("'{}' has a spherical block, whose temperature depends on the radius alone", part.name))
             .help("run the channel through a part of boxes and cylinders"));
@@ -193,7 +195,7 @@ pub(super) fn absolute(section: &Section<'_>) -> Result<bool> {
 /// Parallel passes joined at alternating ends, in a box.
 fn serpentine(section: Section<'_>, part: &Part) -> Result<Vec<[f64; 3]>> {
     let number = keys::BLOCK.read_whole(&section)?;
-    let Some(Shape::Box { min, max }) = part.blocks.get(number - 1).map(|block| &block.shape) else {
+    let Some(BlockShape::Box { min, max }) = part.blocks.get(number - 1).map(|block| &block.shape) else {
         return Err(section
             .error_at("block", format!("block {number} of '{}' is no box", part.name))
             .help("a serpentine needs a box; give path = [...] for other shapes"));

@@ -1,14 +1,13 @@
 //! Circuits: their intake, their channels, and the circuits fed by them.
 
-use super::Machine;
-use super::condition::Symbols;
 use super::fluids::Fluids;
 use super::keys::flow as keys;
 use super::names::lookup;
+use super::symbols::Symbols;
 use super::variables::{formula, formula_or};
 use coldplate_base::document::{Section, Value, suggestion};
-use coldplate_base::error::{Error, Result};
-use coldplate_base::formula::{Formula, Values};
+use coldplate_base::error::Result;
+use coldplate_base::formula::Formula;
 use coldplate_base::units::{Dimension, ZERO_CELSIUS};
 use coldplate_physics::liquid::Liquid;
 
@@ -121,48 +120,6 @@ impl Layout {
             Self::Series(items) => items.iter().flat_map(Self::groups).collect(),
             Self::Parallel(items) => std::iter::once(items.as_slice()).chain(items.iter().flat_map(Self::groups)).collect(),
         }
-    }
-}
-
-impl Machine {
-    /// Supply of each circuit for these values of the formulas. The outflow of a feeding circuit counts with the
-    /// temperature that enters the feeding circuit.
-    ///
-    /// # Errors
-    /// A formula has no finite value, a flow is negative, or circuits take more than their feeders give.
-    pub fn supplies(&self, values: &Values) -> Result<Vec<Supply>> {
-        let (mut flows, mut inlets): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
-        let mut taken = vec![0.0; self.circuits.len()];
-        for circuit in &self.circuits {
-            let offered = circuit.intake.offered(&flows, &inlets);
-            let (flow, temperature) = match (&circuit.intake, offered) {
-                (Intake::Stated { flow, temperature }, _) => (flow.evaluate(values)?, temperature.evaluate(values)?),
-                (Intake::Fed { flow, .. }, offered) => {
-                    let offered = offered.unwrap_or(Supply { flow: 0.0, temperature: 0.0 });
-                    (flow.as_ref().map_or(Ok(offered.flow), |flow| flow.evaluate(values))?, offered.temperature)
-                }
-            };
-            if flow < 0.0 {
-                return Err(Error::input(format!("the flow of the circuit '{}' is negative at this condition", circuit.name)).read(flow));
-            }
-            if let Some(offered) = offered {
-                for feeder in circuit.intake.feeders() {
-                    taken[*feeder] += if offered.flow > 0.0 { flow * flows[*feeder] / offered.flow } else { flow };
-                }
-            }
-            flows.push(flow);
-            inlets.push(temperature);
-        }
-        for ((circuit, flow), taken) in self.circuits.iter().zip(&flows).zip(taken) {
-            if taken > flow * (1.0 + 1e-9) {
-                let litres = |flow: f64| format!("{:.6} L/min", flow * 6e4);
-                return Err(Error::input(format!("the circuits that '{}' feeds take more than it gives", circuit.name))
-                    .at_key(format!("circuit.{}.flow", circuit.name))
-                    .read(format!("{} of {}", litres(taken), litres(*flow)))
-                    .help("state the 'flow' of each circuit that takes part of it; without one it takes all"));
-            }
-        }
-        Ok(flows.into_iter().zip(inlets).map(|(flow, temperature)| Supply { flow, temperature }).collect())
     }
 }
 

@@ -1,8 +1,9 @@
 //! Checks that channels can be drilled: a bore stays inside its part, and clear of itself and of every other channel.
 
-use super::circuits::branches;
+use super::channels::Channel;
+use super::circuits::{Circuit, branches};
+use super::parts::{BlockShape, Part};
 use super::shape::{contains, distance, distances, origin};
-use super::{Channel, Circuit, Part, Shape};
 use coldplate_base::document::Section;
 use coldplate_base::error::{Error, Result};
 
@@ -145,15 +146,15 @@ fn breakthrough(part: &Part, channel: &Channel, leg: &Leg, radius: f64) -> Optio
 }
 
 /// Whether a bore lies in one shape, by a quick test: true for boxes only, false if undecided.
-fn encloses(shape: &Shape, leg: &Leg, radius: f64) -> bool {
+fn encloses(shape: &BlockShape, leg: &Leg, radius: f64) -> bool {
     let u = leg.direction();
     let reach = |d: usize| (radius + LEAST_WALL) * (1.0 - u[d] * u[d]).max(0.0).sqrt();
     match shape {
-        Shape::Box { min, max } => (0..3).all(|d| {
+        BlockShape::Box { min, max } => (0..3).all(|d| {
             let (low, high) = leg.span(d);
             low - reach(d) >= min[d] - LEAST_WALL / 10.0 && high + reach(d) <= max[d] + LEAST_WALL / 10.0
         }),
-        Shape::Cylinder { .. } | Shape::Sphere { .. } => false,
+        BlockShape::Cylinder { .. } | BlockShape::Sphere { .. } => false,
     }
 }
 
@@ -167,8 +168,8 @@ fn outwards(part: &Part, centre: Point, u: Point) -> Vec<Point> {
     };
     let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let radial = part.blocks.iter().filter_map(|block| match &block.shape {
-        Shape::Cylinder { axis, base, .. } => Some(std::array::from_fn(|d| if d == axis.index() { 0.0 } else { centre[d] - base[d] })),
-        Shape::Box { .. } | Shape::Sphere { .. } => None,
+        BlockShape::Cylinder { axis, base, .. } => Some(std::array::from_fn(|d| if d == axis.index() { 0.0 } else { centre[d] - base[d] })),
+        BlockShape::Box { .. } | BlockShape::Sphere { .. } => None,
     });
     let mut found: Vec<Point> = axes.into_iter().chain(radial).filter_map(across).flat_map(|e| [e, e.map(|x| -x)]).collect();
     let e1 = found[0];
@@ -209,7 +210,7 @@ fn ports(part: &Part, point: Point) -> Vec<Port> {
     let mut found = Vec::new();
     for block in part.blocks.iter().filter(|block| contains(&block.shape, point, AT_FACE)) {
         match &block.shape {
-            Shape::Box { min, max } => {
+            BlockShape::Box { min, max } => {
                 for d in 0..3 {
                     for (face, sign) in [(min[d], -1.0), (max[d], 1.0)] {
                         if (point[d] - face).abs() <= AT_FACE {
@@ -219,7 +220,7 @@ fn ports(part: &Part, point: Point) -> Vec<Port> {
                     }
                 }
             }
-            Shape::Cylinder { axis, base, length, inner, outer, .. } => {
+            BlockShape::Cylinder { axis, base, length, inner, outer, .. } => {
                 let z = axis.index();
                 for (face, sign) in [(base[z], -1.0), (base[z] + length, 1.0)] {
                     if (point[z] - face).abs() <= AT_FACE {
@@ -235,7 +236,7 @@ fn ports(part: &Part, point: Point) -> Vec<Port> {
                     found.push(Port { at: point, normal: radial.map(|x| -x / r), bend: None });
                 }
             }
-            Shape::Sphere { .. } => {}
+            BlockShape::Sphere { .. } => {}
         }
     }
     found

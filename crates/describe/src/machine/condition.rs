@@ -1,13 +1,13 @@
 //! A condition of a machine, and the values of all names in its formulas there.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::f64::consts::PI;
-use std::sync::{Arc, Mutex, PoisonError};
 
-use super::{Machine, Variable};
-use coldplate_base::error::{Error, Location, Result};
-use coldplate_base::formula::{Formula, Names, Values};
-use coldplate_base::numbers::significant;
+use super::circuits::{Intake, Supply};
+use super::model::Machine;
+use super::symbols::Meaning;
+use super::variables::{DescribedVariable, check_variable};
+use coldplate_base::error::{Error, Result};
+use coldplate_base::formula::FormulaValues;
 use coldplate_base::units::{self, Dimension};
 use coldplate_physics::drive;
 
@@ -27,7 +27,7 @@ impl Condition {
     ///
     /// # Errors
     /// An unknown or repeated name, a value that cannot be read, a variable without value and without default.
-    pub fn given(variables: &[Variable], given: &[(&str, &str)]) -> Result<Self> {
+    pub fn given(variables: &[DescribedVariable], given: &[(&str, &str)]) -> Result<Self> {
         let mut values: Vec<Option<f64>> = vec![None; variables.len()];
         for (name, text) in given {
             let Some(at) = variables.iter().position(|v| v.name == *name) else {
@@ -47,11 +47,11 @@ impl Condition {
             values[at] = Some(value);
         }
         let values: Vec<Option<f64>> = variables.iter().zip(values).map(|(variable, value)| value.or(variable.default)).collect();
-        let missing: Vec<&Variable> = variables.iter().zip(&values).filter(|(_, value)| value.is_none()).map(|(v, _)| v).collect();
+        let missing: Vec<&DescribedVariable> = variables.iter().zip(&values).filter(|(_, value)| value.is_none()).map(|(v, _)| v).collect();
         if missing.is_empty() {
             return Ok(Self { si: values.into_iter().flatten().collect() });
         }
-        let example = |variable: &&Variable| {
+        let example = |variable: &&DescribedVariable| {
             let low = variable.range.and_then(|(low, _)| units::express(low, &variable.unit, variable.dimension).ok());
             let example = low.map_or(variable.dimension.example().to_string(), |v| format!("\"{v} {}\"", variable.unit));
             format!("{} {example}", variable.name)
@@ -103,8 +103,8 @@ impl Condition {
     }
 
     /// The condition in words, for the variables that `is_told` selects.
-    pub fn words_of(&self, machine: &Machine, is_told: impl Fn(&Variable) -> bool) -> String {
-        let of = |(v, si): (&Variable, &f64)| format!("{} {}", v.name.replace('_', " "), v.with_unit(*si, 4));
+    pub fn words_of(&self, machine: &Machine, is_told: impl Fn(&DescribedVariable) -> bool) -> String {
+        let of = |(v, si): (&DescribedVariable, &f64)| format!("{} {}", v.name.replace('_', " "), v.with_unit(*si, 4));
         machine.variables.iter().zip(&self.si).filter(|(v, _)| is_told(v)).map(of).collect::<Vec<_>>().join(", ")
     }
 
@@ -121,8 +121,8 @@ impl Machine {
     /// # Errors
     /// A variable has neither a default nor a range.
     pub fn usual_conditions(&self) -> Result<Vec<Condition>> {
-        let middle = |v: &Variable| v.default.or(v.range.map(|(low, high)| f64::midpoint(low, high)));
-        let known: Vec<Variable> = self.variables.iter().map(|v| Variable { default: middle(v), ..v.clone() }).collect();
+        let middle = |v: &DescribedVariable| v.default.or(v.range.map(|(low, high)| f64::midpoint(low, high)));
+        let known: Vec<DescribedVariable> = self.variables.iter().map(|v| DescribedVariable { default: middle(v), ..v.clone() }).collect();
         let first = Condition::given(&known, &[])?;
         let mut found = vec![first.clone()];
         for (v, variable) in self.variables.iter().enumerate().filter(|(v, _)| !self.unused.contains(v)) {
@@ -136,86 +136,6 @@ impl Machine {
         Ok(found)
     }
 }
-
-impl Variable {
-    /// A value (SI) in the variable's own unit, with `digits` significant digits.
-    pub fn with_unit(&self, si: f64, digits: usize) -> String {
-        let shown = units::express(si, &self.unit, self.dimension).unwrap_or(si);
-        format!("{} {}", significant(shown, digits), self.unit)
-    }
-}
-
-/// One slot of a machine's formula names.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Meaning {
-    /// Variable in SI.
-    Si(usize),
-    /// Variable in another unit: SI = scale * value + offset.
-    InUnit {
-        /// Index into the variables.
-        variable: usize,
-        /// SI per unit.
-        scale: f64,
-        /// SI at the unit's zero.
-        offset: f64,
-    },
-    /// A quantity of a drive: index of the drive, and of the quantity in `Heats::named`.
-    Drive(usize, usize),
-    /// A definition.
-    Definition(usize),
-}
-
-impl Meaning {
-    fn variable(self) -> Option<usize> {
-        match self {
-            Self::Si(variable) | Self::InUnit { variable, .. } => Some(variable),
-            Self::Drive(..) | Self::Definition(_) => None,
-        }
-    }
-
-    fn drive(self) -> Option<usize> {
-        if let Self::Drive(drive, _) = self { Some(drive) } else { None }
-    }
-}
-
-/// The names of a machine's formulas with their meanings, slot by slot.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Symbols {
-    pub(super) names: Names,
-    pub(super) meanings: Vec<Meaning>,
-    /// Slots of the definitions, in the order of `Machine::definitions`.
-    pub(super) definition_slots: Vec<usize>,
-    /// Slots named by the formulas read since the last [`Symbols::take_named`].
-    named: Arc<Mutex<BTreeSet<usize>>>,
-}
-
-impl Symbols {
-    /// Adds a name; see [`Names::add`].
-    pub(super) fn add(&mut self, name: &str, meaning: Meaning) -> Result<usize> {
-        let slot = self.names.add(name)?;
-        self.meanings.push(meaning);
-        Ok(slot)
-    }
-
-    /// Parses a formula of the machine and records the slots it names. Every formula is read here: a variable that none
-    /// names affects nothing.
-    ///
-    /// # Errors
-    /// Errors of [`Formula::parse`].
-    pub(super) fn parse(&self, text: &str, dimension: Dimension, unit: Option<&str>, place: Location) -> Result<Formula> {
-        let formula = Formula::parse(text, dimension, unit, &self.names, place)?;
-        self.named.lock().unwrap_or_else(PoisonError::into_inner).extend(formula.slots());
-        Ok(formula)
-    }
-
-    /// The slots named by formulas since the last call.
-    pub(super) fn take_named(&self) -> BTreeSet<usize> {
-        std::mem::take(&mut *self.named.lock().unwrap_or_else(PoisonError::into_inner))
-    }
-}
-
-/// Names that a drive gives to formulas, each behind the drive's own name; [`drive_quantities`] gives the values.
-pub(super) const DRIVE_NAMES: [&str; 7] = ["motor_W", "reducer_W", "screw_W", "rail_W", "bearing_W", "velocity_m_s", "torque_N_m"];
 
 /// The quantities of a drive in the order of [`DRIVE_NAMES`], at `speed` (rad/s).
 fn drive_quantities(parameters: &drive::Parameters, speed: f64) -> [f64; 7] {
@@ -270,11 +190,11 @@ impl Machine {
     /// # Errors
     /// The condition does not have one finite value per variable; a drive's speed or a definition is not finite at the
     /// condition.
-    pub fn values(&self, condition: &Condition) -> Result<Values> {
+    pub fn values(&self, condition: &Condition) -> Result<FormulaValues> {
         if condition.si.len() != self.variables.len() || condition.si.iter().any(|v| !v.is_finite()) {
             return Err(Error::input(format!("a condition of this machine is {} finite numbers", self.variables.len())));
         }
-        let mut values = Values(vec![0.0; self.symbols.meanings.len()]);
+        let mut values = FormulaValues(vec![0.0; self.symbols.meanings.len()]);
         for (value, meaning) in values.0.iter_mut().zip(&self.symbols.meanings) {
             match *meaning {
                 Meaning::Si(variable) => *value = condition.si[variable],
@@ -296,12 +216,12 @@ impl Machine {
     ///
     /// # Errors
     /// Errors of [`Machine::values`]; a derivative is not finite; the variable does not exist.
-    pub fn tangent(&self, condition: &Condition, variable: usize) -> Result<Values> {
+    pub fn tangent(&self, condition: &Condition, variable: usize) -> Result<FormulaValues> {
         if variable >= self.variables.len() {
             return Err(Error::input(format!("this machine has {} variables, not {}", self.variables.len(), variable + 1)));
         }
         let values = self.values(condition)?;
-        let mut tangent = Values(vec![0.0; values.0.len()]);
+        let mut tangent = FormulaValues(vec![0.0; values.0.len()]);
         for (slope, meaning) in tangent.0.iter_mut().zip(&self.symbols.meanings) {
             match *meaning {
                 Meaning::Si(v) if v == variable => *slope = 1.0,
@@ -321,39 +241,51 @@ impl Machine {
         Ok(tangent)
     }
 
-    fn fill_drives(&self, values: &mut Values, quantities: &[[f64; 7]]) {
+    /// Supply of each circuit for these values of the formulas. The outflow of a feeding circuit counts with the
+    /// temperature that enters the feeding circuit.
+    ///
+    /// # Errors
+    /// A formula has no finite value, a flow is negative, or circuits take more than their feeders give.
+    pub fn supplies(&self, values: &FormulaValues) -> Result<Vec<Supply>> {
+        let (mut flows, mut inlets): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
+        let mut taken = vec![0.0; self.circuits.len()];
+        for circuit in &self.circuits {
+            let offered = circuit.intake.offered(&flows, &inlets);
+            let (flow, temperature) = match (&circuit.intake, offered) {
+                (Intake::Stated { flow, temperature }, _) => (flow.evaluate(values)?, temperature.evaluate(values)?),
+                (Intake::Fed { flow, .. }, offered) => {
+                    let offered = offered.unwrap_or(Supply { flow: 0.0, temperature: 0.0 });
+                    (flow.as_ref().map_or(Ok(offered.flow), |flow| flow.evaluate(values))?, offered.temperature)
+                }
+            };
+            if flow < 0.0 {
+                return Err(Error::input(format!("the flow of the circuit '{}' is negative at this condition", circuit.name)).read(flow));
+            }
+            if let Some(offered) = offered {
+                for feeder in circuit.intake.feeders() {
+                    taken[*feeder] += if offered.flow > 0.0 { flow * flows[*feeder] / offered.flow } else { flow };
+                }
+            }
+            flows.push(flow);
+            inlets.push(temperature);
+        }
+        for ((circuit, flow), taken) in self.circuits.iter().zip(&flows).zip(taken) {
+            if taken > flow * (1.0 + 1e-9) {
+                let litres = |flow: f64| format!("{:.6} L/min", flow * 6e4);
+                return Err(Error::input(format!("the circuits that '{}' feeds take more than it gives", circuit.name))
+                    .at_key(format!("circuit.{}.flow", circuit.name))
+                    .read(format!("{} of {}", litres(taken), litres(*flow)))
+                    .help("state the 'flow' of each circuit that takes part of it; without one it takes all"));
+            }
+        }
+        Ok(flows.into_iter().zip(inlets).map(|(flow, temperature)| Supply { flow, temperature }).collect())
+    }
+
+    fn fill_drives(&self, values: &mut FormulaValues, quantities: &[[f64; 7]]) {
         for (value, meaning) in values.0.iter_mut().zip(&self.symbols.meanings) {
             if let Meaning::Drive(drive, quantity) = *meaning {
                 *value = quantities[drive][quantity];
             }
         }
-    }
-}
-
-impl Variable {
-    /// Checks that a condition may state this value (SI).
-    ///
-    /// # Errors
-    /// The value is a negative coolant flow.
-    pub fn check(&self, si: f64) -> Result<()> {
-        check_variable(&self.name, si)
-    }
-}
-
-/// Checks a value against the range of the four variables that always exist.
-pub(super) fn check_variable(name: &str, si: f64) -> Result<()> {
-    if name == "coolant_flow" && si < 0.0 {
-        return Err(Error::input("the coolant flow is negative").help("write the amount; the circuit says the direction"));
-    }
-    Ok(())
-}
-
-/// Factor to SI and SI value of zero, for a variable shown in a unit.
-pub(super) fn scale_of(unit: &str, dimension: Dimension) -> Result<(f64, f64)> {
-    match (dimension == Dimension::TEMPERATURE, unit) {
-        (true, "K") => Ok((1.0, 0.0)),
-        (true, _) => units::convert(0.0, unit, dimension).map(|_| (1.0, units::ZERO_CELSIUS)),
-        _ if dimension == Dimension::ANGULAR_SPEED && unit == "rpm" => Ok((PI / 30.0, 0.0)),
-        _ => units::convert(1.0, unit, dimension).map(|scale| (scale, 0.0)),
     }
 }

@@ -1,59 +1,20 @@
 //! Contacts, boundaries and radiation links: everything that joins parts, nodes and surroundings.
 
-use super::condition::Symbols;
 use super::contact_law::{Bonded, ContactLaw, Insulated};
+use super::elastic::JointKind;
 use super::geometry::{emissivity, two_emissivities};
 use super::keys::joints as keys;
 use super::names::Index;
+use super::parts::{Face, Part, Place};
 use super::region::{Region, within};
+use super::symbols::Symbols;
 use super::variables::{formula, formula_or};
-use super::{Face, JointKind, Machine, Part};
+use coldplate_base::condition::AMBIENT_TEMPERATURE;
 use coldplate_base::document::Section;
 use coldplate_base::error::{Location, Result};
 use coldplate_base::formula::Formula;
 use coldplate_base::units::Dimension;
-use coldplate_physics::convection::{FreeConvection, Gas, Shape};
-
-/// Something a contact, source or link can attach to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Place {
-    /// A whole part.
-    Part(usize),
-    /// A face of a part.
-    Face(Face),
-    /// A lumped node.
-    Node(usize),
-}
-
-impl Place {
-    /// The part that the place is or belongs to.
-    pub fn part(self) -> Option<usize> {
-        match self {
-            Self::Part(part) => Some(part),
-            Self::Face(face) => Some(face.part),
-            Self::Node(_) => None,
-        }
-    }
-}
-
-impl Machine {
-    /// The contact that covers two touching faces of blocks, as an index, and whether its sides are in the opposite
-    /// order. A contact between named faces takes precedence.
-    pub fn contact_between(&self, faces: [Face; 2]) -> Option<(usize, bool)> {
-        let covers = |place: &Place, face: Face| match place {
-            Place::Part(p) => *p == face.part,
-            Place::Face(own) => own.covers(face),
-            Place::Node(_) => false,
-        };
-        let is_specific = |c: &Contact| c.between.iter().any(|p| matches!(p, Place::Face(_)));
-        let (specific, general): (Vec<_>, Vec<_>) = self.contacts.iter().enumerate().partition(|(_, c)| is_specific(c));
-        specific.into_iter().chain(general).find_map(|(i, c)| {
-            let straight = covers(&c.between[0], faces[0]) && covers(&c.between[1], faces[1]);
-            let crossed = covers(&c.between[0], faces[1]) && covers(&c.between[1], faces[0]);
-            (straight || crossed).then_some((i, crossed && !straight))
-        })
-    }
-}
+use coldplate_physics::convection::{BodyShape, FreeConvection, Gas};
 
 /// A named contact between two places.
 #[derive(Debug, Clone)]
@@ -238,7 +199,7 @@ pub(super) fn boundaries(root: &Section<'_>, index: &Index<'_>, symbols: &Symbol
             Some("heat_flux") => BoundaryLaw::Flux(formula(&section.value("heat_flux")?, Dimension::HEAT_FLUX, symbols)?),
             Some("free_convection") => {
                 let convection = FreeConvection {
-                    shape: Shape::ALL[section.choice("free_convection", &Shape::NAMES)?],
+                    shape: BodyShape::ALL[section.choice("free_convection", &BodyShape::NAMES)?],
                     length: section.positive("length", Dimension::LENGTH)?,
                     gas: Gas::ALL[keys::GAS.read_word(&section)?],
                     pressure: keys::GAS_PRESSURE.read(&section)?,
@@ -248,7 +209,7 @@ pub(super) fn boundaries(root: &Section<'_>, index: &Index<'_>, symbols: &Symbol
                         .error_at("gas_pressure", "free convection is known from 0.01 to 10 bar")
                         .help("residual gas of a vacuum is [chamber] pressure"));
                 }
-                let ambient = || symbols.parse("ambient_temperature", Dimension::TEMPERATURE, None, Location::default());
+                let ambient = || symbols.parse(AMBIENT_TEMPERATURE, Dimension::TEMPERATURE, None, Location::default());
                 let gas = section.opt("fluid_temperature").map(|value| formula(&value, Dimension::TEMPERATURE, symbols));
                 BoundaryLaw::FreeConvection(convection, gas.unwrap_or_else(ambient)?)
             }

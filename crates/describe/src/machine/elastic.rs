@@ -4,11 +4,13 @@ use super::channels::absolute;
 use super::geometry::check_length;
 use super::keys::elastic::{AXES, DIRECTIONS, JOINT, NORMAL_STIFFNESS, REFERENCE_TEMPERATURE, TANGENTIAL_STIFFNESS};
 use super::names::Index;
+use super::parts::Face;
+use super::readings::{Displacement, Sensor, SensorReading};
+use super::response::SensorResponse;
 use super::shape::{origin, part_contains};
-use super::{Face, Reading, Sensor, SensorResponse};
 use coldplate_base::document::{Section, Value};
 use coldplate_base::error::Result;
-use coldplate_base::units::{Dimension, Measurand};
+use coldplate_base::units::Dimension;
 
 /// Supports of the machine, and the reference of its displacements.
 #[derive(Debug, Clone, PartialEq)]
@@ -44,19 +46,6 @@ pub enum JointKind {
         /// Stiffness along the joint, N/m³.
         tangential: f64,
     },
-}
-
-/// The displacement of a point along a direction.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Displacement {
-    /// The point: its part and where it is, m.
-    pub of: (usize, [f64; 3]),
-    /// The reference point; `None` means the supports.
-    pub relative_to: Option<(usize, [f64; 3])>,
-    /// Unit vector of the positive direction.
-    pub direction: [f64; 3],
-    /// Line in the machine file.
-    pub line: usize,
 }
 
 impl JointKind {
@@ -130,7 +119,7 @@ pub(super) fn displacements(root: &Section<'_>, index: &Index<'_>, sensors: &[Se
         let direction = direction(&section.value("direction")?)?;
         let line = section.line();
         section.finish()?;
-        let reads = Reading::Displacement(Displacement { of, relative_to, direction, line });
+        let reads = SensorReading::Displacement(Displacement { of, relative_to, direction, line });
         found.push(Sensor { name, reads, shows: SensorResponse::default() });
     }
     Ok(found)
@@ -143,12 +132,12 @@ pub(super) fn turned(root: &Section<'_>, sensors: &[Sensor]) -> Result<Vec<Senso
     for (_, section) in root.sections("limit")?.into_iter().filter(|(_, section)| section.has("magnitude")) {
         let Some(value) = section.opt("sensor") else { continue };
         let named = value.text()?;
-        let Some((own, Reading::Displacement(reads))) = sensors.iter().find(|s| s.name == named).map(|own| (own, &own.reads)) else {
+        let Some((own, SensorReading::Displacement(reads))) = sensors.iter().find(|s| s.name == named).map(|own| (own, &own.reads)) else {
             continue;
         };
         let name = turned_name(&own.name);
         if sensors.iter().chain(&found).all(|other| other.name != name) {
-            let reads = Reading::Displacement(Displacement { direction: reads.direction.map(|x| -x), ..reads.clone() });
+            let reads = SensorReading::Displacement(Displacement { direction: reads.direction.map(|x| -x), ..reads.clone() });
             found.push(Sensor { name, reads, shows: own.shows });
         }
     }
@@ -178,13 +167,6 @@ fn direction(value: &Value<'_>) -> Result<[f64; 3]> {
             Ok(scaled.map(|c| c / length))
         }
         _ => Err(value.error("a direction is an axis, or three numbers that are not all zero").help("write \"z\" or [1, 0, 1]")),
-    }
-}
-
-impl Sensor {
-    /// The quantity that the sensor reads.
-    pub fn measurand(&self) -> Measurand {
-        if self.reads.is_displacement() { Measurand::Displacement } else { Measurand::Temperature }
     }
 }
 

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::geometry::emissivity;
 use super::keys::radiation as keys;
 use super::names::Index;
-use super::{Face, Place};
+use super::parts::{Face, Place};
 use coldplate_base::document::{Section, Value};
 use coldplate_base::error::Result;
 use coldplate_base::units::Dimension;

@@ -1,17 +1,17 @@
 //! The film coefficient of a channel.
 
-use super::condition::Symbols;
+use super::symbols::Symbols;
 use super::variables::formula;
 use coldplate_base::document::Section;
 use coldplate_base::error::{Error, Result};
-use coldplate_base::formula::{Formula, Values};
+use coldplate_base::formula::{Formula, FormulaValues};
 use coldplate_base::units::Dimension;
 use coldplate_physics::channel::Wall;
 use coldplate_physics::water::LiquidProperties;
 
 /// Source of the film coefficient of a channel.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Film {
+pub enum FilmSource {
     /// From the correlations of [`coldplate_physics::channel`], times `bend_factor`.
     Correlation {
         /// Heat-transfer augmentation by bends (1 = straight).
@@ -23,7 +23,7 @@ pub enum Film {
     Given(f64),
     /// A formula of the condition and of the flow (`FLOW_NAMES`) for the film, W/(m² K).
     Formula(Formula),
-    /// A formula for the Nusselt number, with the names of [`Film::Formula`].
+    /// A formula for the Nusselt number, with the names of [`FilmSource::Formula`].
     Nusselt(Formula),
 }
 
@@ -56,7 +56,7 @@ impl FlowState {
     }
 }
 
-impl Film {
+impl FilmSource {
     /// The film stated in a section; `None` if it follows the correlations.
     pub(super) fn read(section: &Section<'_>, symbols: &Symbols) -> Result<Option<Self>> {
         let Some(key) = section.one_of(&["film", "nusselt"])? else { return Ok(None) };
@@ -94,8 +94,8 @@ impl Film {
     ///
     /// # Errors
     /// The value is not finite, or not larger than zero.
-    pub fn evaluate(formula: &Formula, names: &Values, flow: &FlowState) -> Result<f64> {
-        let value = formula.evaluate(&Values(names.0.iter().copied().chain(flow.values()).collect()))?;
+    pub fn evaluate(formula: &Formula, names: &FormulaValues, flow: &FlowState) -> Result<f64> {
+        let value = formula.evaluate(&FormulaValues(names.0.iter().copied().chain(flow.values()).collect()))?;
         if value > 0.0 {
             return Ok(value);
         }

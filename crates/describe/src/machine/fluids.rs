@@ -2,12 +2,12 @@
 
 use std::sync::{Arc, OnceLock};
 
-use super::Property;
 use super::library::property;
+use super::parts::Property;
 use coldplate_base::document::{Document, Section, Value, suggestion};
 use coldplate_base::error::Result;
 use coldplate_base::units::Dimension;
-use coldplate_physics::liquid::{Curve, FluidTable, Liquid, Point};
+use coldplate_physics::liquid::{CurvePoint, FluidTable, Liquid, PropertyCurve};
 
 /// The library of liquids that every machine file may name, with sources.
 const LIBRARY: &str = include_str!("../../data/fluids.toml");
@@ -75,14 +75,16 @@ fn fluid(name: String, section: Section<'_>) -> Result<FluidTable> {
     if matches!(name.as_str(), "water" | "paper_water") {
         return Err(section.error(format!("'{name}' is there already")).help("give the fluid another name"));
     }
-    let curve = |key: &str, dimension: Dimension| -> Result<Curve> {
+    let curve = |key: &str, dimension: Dimension| -> Result<PropertyCurve> {
         let value = section.value(key)?;
         Ok(match property(&value, dimension)? {
-            Property::Constant(value) => Curve::Constant(value),
+            Property::Constant(value) => PropertyCurve::Constant(value),
             Property::Table(points) if points.len() < 2 => {
                 return Err(value.error("a table has two points or more").help("or write the value itself, without brackets"));
             }
-            Property::Table(points) => Curve::Points(points.into_iter().map(|(temperature, value)| Point { temperature, value }).collect()),
+            Property::Table(points) => {
+                PropertyCurve::Points(points.into_iter().map(|(temperature, value)| CurvePoint { temperature, value }).collect())
+            }
         })
     };
     let found = FluidTable {

@@ -3,14 +3,14 @@
 use std::f64::consts::PI;
 use std::path::Path;
 
-use super::condition::Symbols;
 use super::import::{Library, import};
 use super::keys::bodies as keys;
 use super::library::Shelf;
 use super::names::{Index, Spelling, lookup, side_of};
+use super::parts::{BlockShape, CoordinateAxis, Part, PartBlock, PartSurface};
 use super::shape::bounds;
+use super::symbols::Symbols;
 use super::variables::formula;
-use super::{Axis, Block, Part, Shape, Surface};
 use coldplate_base::document::{Section, Value, suggestion};
 use coldplate_base::error::Result;
 use coldplate_base::units::Dimension;
@@ -103,11 +103,11 @@ fn check_distance(section: &Section<'_>, key: &str, at: &[f64]) -> Result<()> {
 }
 
 /// Moves a shape.
-fn shift(shape: &mut Shape, by: [f64; 3]) {
+fn shift(shape: &mut BlockShape, by: [f64; 3]) {
     let points: Vec<&mut [f64; 3]> = match shape {
-        Shape::Box { min, max } => vec![min, max],
-        Shape::Cylinder { base, .. } => vec![base],
-        Shape::Sphere { centre, .. } => vec![centre],
+        BlockShape::Box { min, max } => vec![min, max],
+        BlockShape::Cylinder { base, .. } => vec![base],
+        BlockShape::Sphere { centre, .. } => vec![centre],
     };
     for point in points {
         for (x, d) in point.iter_mut().zip(by) {
@@ -117,7 +117,7 @@ fn shift(shape: &mut Shape, by: [f64; 3]) {
 }
 
 /// The blocks of a part in its own coordinates.
-fn blocks(section: &Section<'_>) -> Result<Vec<Block>> {
+fn blocks(section: &Section<'_>) -> Result<Vec<PartBlock>> {
     let help = "give box = [\"0.2 m\", \"0.1 m\", \"20 mm\"], cylinder = { axis = \"z\", outer = \"50 mm\", length = \"0.2 m\" }, sphere = { outer = \"50 mm\" }, blocks = [{...}, ...], or mesh = \"part.msh\"";
     match section.one_of(&["box", "cylinder", "sphere", "blocks"])? {
         None => Err(section.error("this part has no shape").help(help)),
@@ -145,14 +145,14 @@ fn blocks(section: &Section<'_>) -> Result<Vec<Block>> {
 }
 
 /// A box with its smallest corner, a cylinder with the centre of its base, or a sphere with its centre at the origin.
-fn single(section: &Section<'_>) -> Result<Block> {
+fn single(section: &Section<'_>) -> Result<PartBlock> {
     let shape = if section.has("box") {
         let sizes = section.value("box")?;
         let max = sizes.triple(Dimension::LENGTH)?;
         for (size, entry) in max.iter().zip(sizes.list()?) {
             check_size(*size, &entry)?;
         }
-        Shape::Box { min: [0.0; 3], max }
+        BlockShape::Box { min: [0.0; 3], max }
     } else if section.has("sphere") {
         sphere(section.section("sphere")?)?
     } else {
@@ -172,12 +172,12 @@ fn single(section: &Section<'_>) -> Result<Block> {
             *cell = (count > 0).then_some(count);
         }
     }
-    if let Shape::Sphere { .. } = shape
+    if let BlockShape::Sphere { .. } = shape
         && cells[1..].iter().any(|n| n.is_some_and(|n| n > 1))
     {
         return Err(section.error_at("cells", "a sphere has cells along its radius alone").help("write for example [20, 0, 0]"));
     }
-    Ok(Block { shape, cells })
+    Ok(PartBlock { shape, cells })
 }
 
 fn check_size(size: f64, value: &Value<'_>) -> Result<()> {
@@ -218,14 +218,14 @@ fn radii(section: &Section<'_>) -> Result<(f64, f64)> {
     Ok((inner, outer))
 }
 
-fn sphere(section: Section<'_>) -> Result<Shape> {
+fn sphere(section: Section<'_>) -> Result<BlockShape> {
     let (inner, outer) = radii(&section)?;
     section.finish()?;
-    Ok(Shape::Sphere { centre: [0.0; 3], inner, outer })
+    Ok(BlockShape::Sphere { centre: [0.0; 3], inner, outer })
 }
 
-fn cylinder(section: Section<'_>) -> Result<Shape> {
-    let axis = [Axis::X, Axis::Y, Axis::Z][keys::AXIS.read_word(&section)?];
+fn cylinder(section: Section<'_>) -> Result<BlockShape> {
+    let axis = [CoordinateAxis::X, CoordinateAxis::Y, CoordinateAxis::Z][keys::AXIS.read_word(&section)?];
     let (inner, outer) = radii(&section)?;
     let length = section.quantity("length", Dimension::LENGTH)?;
     check_size(length, &section.value("length")?)?;
@@ -239,7 +239,7 @@ fn cylinder(section: Section<'_>) -> Result<Shape> {
     // 360 deg in floating point is the full turn exactly, which has no cuts.
     let turn = if (span - 2.0 * PI).abs() < 1e-9 { (0.0, 2.0 * PI) } else { turn };
     section.finish()?;
-    Ok(Shape::Cylinder { axis, base: [0.0; 3], length, inner, outer, turn })
+    Ok(BlockShape::Cylinder { axis, base: [0.0; 3], length, inner, outer, turn })
 }
 
 /// Puts parts on the faces of others, in an order in which every other part is placed first.
@@ -290,7 +290,7 @@ fn offset(draft: &Draft<'_>, target: &Part, value: &Value<'_>, spelling: &Spelli
     }
     // The index checks block and side; then follows the axis normal to the face.
     let face = Index { parts: std::slice::from_ref(target), nodes: &[], channels: &[] }.side(value, 0, spelling.block, side)?;
-    let shapes: Vec<&Shape> = target
+    let shapes: Vec<&BlockShape> = target
         .blocks
         .iter()
         .enumerate()
@@ -298,9 +298,9 @@ fn offset(draft: &Draft<'_>, target: &Part, value: &Value<'_>, spelling: &Spelli
         .map(|(_, block)| &block.shape)
         .collect();
     let normal = match shapes[0] {
-        Shape::Box { .. } => face.side.axis(),
-        Shape::Cylinder { axis, .. } if face.side.axis() == 2 => axis.index(),
-        Shape::Cylinder { .. } | Shape::Sphere { .. } => {
+        BlockShape::Box { .. } => face.side.axis(),
+        BlockShape::Cylinder { axis, .. } if face.side.axis() == 2 => axis.index(),
+        BlockShape::Cylinder { .. } | BlockShape::Sphere { .. } => {
             return Err(value
                 .error("a part can be placed on plane faces only")
                 .help("use the start or end of the cylinder, or place the part with 'at'"));
@@ -329,7 +329,7 @@ fn offset(draft: &Draft<'_>, target: &Part, value: &Value<'_>, spelling: &Spelli
     }))
 }
 
-fn hull<'a>(shapes: impl Iterator<Item = &'a Shape>) -> ([f64; 3], [f64; 3]) {
+fn hull<'a>(shapes: impl Iterator<Item = &'a BlockShape>) -> ([f64; 3], [f64; 3]) {
     let mut hull = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for shape in shapes {
         let (low, high) = bounds(shape);
@@ -342,12 +342,12 @@ fn hull<'a>(shapes: impl Iterator<Item = &'a Shape>) -> ([f64; 3], [f64; 3]) {
 }
 
 /// A surface that does not radiate.
-fn none() -> Surface {
-    Surface { emissivity: 0.0, effective: true, area: None, excluded: Vec::new() }
+fn none() -> PartSurface {
+    PartSurface { emissivity: 0.0, effective: true, area: None, excluded: Vec::new() }
 }
 
 /// Reads `[surfaces]` with its groups: the default surface of every part, in the order of `parts`.
-fn surfaces(root: &Section<'_>, parts: &[String]) -> Result<Vec<Surface>> {
+fn surfaces(root: &Section<'_>, parts: &[String]) -> Result<Vec<PartSurface>> {
     let Some(section) = root.opt_section("surfaces")? else { return Ok(vec![none(); parts.len()]) };
     let mut found = vec![radiation(&section)?.unwrap_or_else(none); parts.len()];
     let mut grouped: Vec<Option<String>> = vec![None; parts.len()];
@@ -369,9 +369,9 @@ fn surfaces(root: &Section<'_>, parts: &[String]) -> Result<Vec<Surface>> {
 }
 
 /// Emissivity or effective emissivity, if one is given.
-fn radiation(section: &Section<'_>) -> Result<Option<Surface>> {
+fn radiation(section: &Section<'_>) -> Result<Option<PartSurface>> {
     let Some(key) = section.one_of(&["emissivity", "effective_emissivity"])? else { return Ok(None) };
-    Ok(Some(Surface { emissivity: emissivity(&section.value(key)?)?, effective: key == "effective_emissivity", ..none() }))
+    Ok(Some(PartSurface { emissivity: emissivity(&section.value(key)?)?, effective: key == "effective_emissivity", ..none() }))
 }
 
 /// A number above 0 and at most 1.
@@ -393,7 +393,7 @@ pub(super) fn two_emissivities(value: &Value<'_>) -> Result<[f64; 2]> {
 }
 
 /// Reads `[part.NAME.surface]` or `surface = "none"`; without either the default surface.
-fn surface(section: &Section<'_>, part: usize, parts: &[Part], usual: &Surface) -> Result<Surface> {
+fn surface(section: &Section<'_>, part: usize, parts: &[Part], usual: &PartSurface) -> Result<PartSurface> {
     let Some(value) = section.opt("surface") else { return Ok(usual.clone()) };
     if value.is_text() {
         value.choice(&["none"]).map_err(|error| error.help("write surface = \"none\" or [part.NAME.surface] with an emissivity"))?;

@@ -1,8 +1,9 @@
 //! Heat-flow sensors: the heat through a contact, a boundary, a face or into a channel.
 
+use super::contacts::{Boundary, Contact};
 use super::geometry::check_length;
 use super::names::{Index, lookup};
-use super::{Boundary, Contact, Face};
+use super::parts::Face;
 use coldplate_base::document::{Section, Value};
 use coldplate_base::error::Result;
 

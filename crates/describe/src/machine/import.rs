@@ -6,9 +6,9 @@ use std::sync::Arc;
 
 use sha2::{Digest, Sha256};
 
+use super::parts::{Face, Import, Part, Side};
 use super::shape::contains;
-use super::{Face, Import, Part, Side};
-use crate::gmsh::{Body, Mesh};
+use crate::gmsh::{Body, MeshFile};
 use coldplate_base::document::{Section, Value, suggestion};
 use coldplate_base::error::{Error, Result};
 use coldplate_base::units::{self, Dimension};
@@ -20,7 +20,7 @@ const SIZES: (f64, f64) = (1e-6, 1e3);
 pub(super) struct Library<'a> {
     /// Folder of relative paths.
     folder: &'a Path,
-    read: HashMap<PathBuf, Mesh>,
+    read: HashMap<PathBuf, MeshFile>,
 }
 
 impl<'a> Library<'a> {
@@ -28,10 +28,10 @@ impl<'a> Library<'a> {
         Self { folder, read: HashMap::new() }
     }
 
-    fn mesh(&mut self, file: &str) -> Result<&Mesh> {
+    fn mesh(&mut self, file: &str) -> Result<&MeshFile> {
         let path = self.folder.join(file);
         if !self.read.contains_key(&path) {
-            self.read.insert(path.clone(), Mesh::read(&path)?);
+            self.read.insert(path.clone(), MeshFile::read(&path)?);
         }
         self.read.get(&path).ok_or_else(|| Error::input("the mesh cannot be read").in_file(&path))
     }

@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 
 use super::keys::bodies::{EXPANSION, POISSON_RATIO, YOUNGS_MODULUS};
-use super::{Elastic, Material, Property};
+use super::parts::{Elastic, Material, Property};
 use crate::schema::Key;
 use coldplate_base::document::{Document, Section, Value, suggestion};
 use coldplate_base::error::Result;

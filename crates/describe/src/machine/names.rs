@@ -1,6 +1,6 @@
 //! Names of parts, nodes, channels and faces, resolved to indices.
 
-use super::{Face, HeatedPlace, Machine, Part, Place, Shape, Side};
+use super::parts::{BlockShape, Face, HeatedPlace, Part, Place, Side};
 use coldplate_base::document::{Value, suggestion};
 use coldplate_base::error::Result;
 
@@ -40,29 +40,29 @@ impl Spelling {
 }
 
 /// The names of a shape's sides, in the order of [`Side::ALL`].
-fn sides(shape: &Shape) -> &'static [&'static str] {
+pub(super) fn sides(shape: &BlockShape) -> &'static [&'static str] {
     match shape {
-        Shape::Box { .. } => &BOX_SIDES,
-        Shape::Cylinder { .. } => &CYLINDER_SIDES,
-        Shape::Sphere { .. } => &SPHERE_SIDES,
+        BlockShape::Box { .. } => &BOX_SIDES,
+        BlockShape::Cylinder { .. } => &CYLINDER_SIDES,
+        BlockShape::Sphere { .. } => &SPHERE_SIDES,
     }
 }
 
 /// The side called `name` on `shape`.
-pub(super) fn side_of(shape: &Shape, name: &str) -> Option<Side> {
+pub(super) fn side_of(shape: &BlockShape, name: &str) -> Option<Side> {
     sides(shape).iter().position(|side| *side == name).map(|at| Side::ALL[at])
 }
 
 /// Whether a shape really has a side: a solid cylinder or sphere has no inner one, a full turn no cuts.
-pub(super) fn has_side(shape: &Shape, side: Side) -> bool {
+pub(super) fn has_side(shape: &BlockShape, side: Side) -> bool {
     match shape {
-        Shape::Box { .. } => true,
-        Shape::Cylinder { inner, turn, .. } => match side {
+        BlockShape::Box { .. } => true,
+        BlockShape::Cylinder { inner, turn, .. } => match side {
             Side::Low0 => *inner > 0.0,
             Side::Low1 | Side::High1 => turn.1 - turn.0 < 2.0 * std::f64::consts::PI,
             _ => true,
         },
-        Shape::Sphere { inner, .. } => match side {
+        BlockShape::Sphere { inner, .. } => match side {
             Side::Low0 => *inner > 0.0,
             _ => side == Side::High0,
         },
@@ -148,7 +148,7 @@ impl Index<'_> {
             return super::import::face(value, part, &self.parts[part].name, &import.body, block, name);
         }
         let blocks = &self.parts[part].blocks;
-        let in_question: Vec<&Shape> = match block {
+        let in_question: Vec<&BlockShape> = match block {
             None => blocks.iter().map(|b| &b.shape).collect(),
             Some(number) => match blocks.get(number.wrapping_sub(1)) {
                 Some(block) => vec![&block.shape],
@@ -158,10 +158,10 @@ impl Index<'_> {
                 }
             },
         };
-        let kind = |shape: &Shape| match shape {
-            Shape::Box { .. } => 0,
-            Shape::Cylinder { axis, .. } => 1 + axis.index(),
-            Shape::Sphere { .. } => 4,
+        let kind = |shape: &BlockShape| match shape {
+            BlockShape::Box { .. } => 0,
+            BlockShape::Cylinder { axis, .. } => 1 + axis.index(),
+            BlockShape::Sphere { .. } => 4,
         };
         if in_question.iter().any(|shape| kind(shape) != kind(in_question[0])) {
             let what = format!("the blocks of '{}' are of several kinds, so '{name}' does not say which face", self.parts[part].name);
@@ -180,25 +180,6 @@ impl Index<'_> {
                     .error(format!("'{}' has no side '{name}'", self.parts[part].name))
                     .help(format!("its sides: {}", known.join(" "))))
             }
-        }
-    }
-}
-
-impl Machine {
-    /// A face as the machine file writes it: `plate.+z`, `bed[2].outer`, `bracket.foot`.
-    pub fn face_name(&self, face: Face) -> String {
-        let part = &self.parts[face.part];
-        if let Some(import) = &part.import {
-            return match face.block {
-                Some(surface) => format!("{}.{}", part.name, import.body.surfaces[surface].name),
-                None => part.name.clone(),
-            };
-        }
-        let shape = part.blocks.get(face.block.unwrap_or(0)).map(|block| &block.shape);
-        let side = shape.and_then(|shape| sides(shape).get(face.side as usize)).copied().unwrap_or_default();
-        match face.block {
-            Some(block) => format!("{}[{}].{side}", part.name, block + 1),
-            None => format!("{}.{side}", part.name),
         }
     }
 }

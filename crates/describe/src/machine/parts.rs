@@ -86,7 +86,7 @@ impl Property {
 
 /// A coordinate axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Axis {
+pub enum CoordinateAxis {
     /// First axis.
     X,
     /// Second axis.
@@ -95,7 +95,7 @@ pub enum Axis {
     Z,
 }
 
-impl Axis {
+impl CoordinateAxis {
     /// Index of the axis: 0, 1 or 2.
     pub fn index(self) -> usize {
         self as usize
@@ -104,7 +104,7 @@ impl Axis {
 
 /// The shape of one block, placed in the machine's coordinates.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Shape {
+pub enum BlockShape {
     /// A box between two opposite corners.
     Box {
         /// Corner with the smallest coordinates, m.
@@ -115,7 +115,7 @@ pub enum Shape {
     /// A solid or annular cylinder, or part of a turn of one.
     Cylinder {
         /// Direction of the cylinder's axis.
-        axis: Axis,
+        axis: CoordinateAxis,
         /// Centre of the end face with the smaller axial coordinate, m.
         base: [f64; 3],
         /// Length along the axis, m.
@@ -141,9 +141,9 @@ pub enum Shape {
 
 /// One block of a part.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Block {
+pub struct PartBlock {
     /// Shape and place of the block.
-    pub shape: Shape,
+    pub shape: BlockShape,
     /// Fixed cell counts along the block's three axes; `None` lets the mesh choose.
     pub cells: [Option<usize>; 3],
 }
@@ -168,13 +168,13 @@ pub struct Part {
     /// Index into [`Machine::materials`](super::Machine::materials).
     pub material: usize,
     /// Blocks of the part; none for an imported mesh.
-    pub blocks: Vec<Block>,
+    pub blocks: Vec<PartBlock>,
     /// The volume of an imported mesh, if the part is one.
     pub import: Option<Import>,
     /// Ratio of this part's cell size to the machine's (dimensionless): 1 is equal, 0.5 is half.
     pub element_scale: f64,
     /// Radiation of the part's outer surface to the chamber.
-    pub surface: Surface,
+    pub surface: PartSurface,
     /// Temperature at the start of a schedule or log, K, if the file states one.
     pub start: Option<Formula>,
     /// Area that the user states for the part's heat-transfer face, m²; compared with the true contact area.
@@ -183,7 +183,7 @@ pub struct Part {
 
 /// Radiation of a part's exposed faces.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Surface {
+pub struct PartSurface {
     /// Emissivity of the surface, or the effective emissivity if `effective`.
     pub emissivity: f64,
     /// Whether `emissivity` is used directly, not through the enclosure formula.
@@ -260,4 +260,42 @@ pub struct LumpedNode {
     pub radiation: Option<(f64, bool, f64)>,
     /// Temperature at the start of a schedule or log, K, if the file states one.
     pub start: Option<Formula>,
+}
+
+/// Something a contact, source or link can attach to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Place {
+    /// A whole part.
+    Part(usize),
+    /// A face of a part.
+    Face(Face),
+    /// A lumped node.
+    Node(usize),
+}
+
+impl Place {
+    /// The part that the place is or belongs to.
+    pub fn part(self) -> Option<usize> {
+        match self {
+            Self::Part(part) => Some(part),
+            Self::Face(face) => Some(face.part),
+            Self::Node(_) => None,
+        }
+    }
+}
+
+/// The place that a source heats.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HeatedPlace {
+    /// A part, a face or a node.
+    pub place: Place,
+    /// The block of the part, from 0, if a single block is heated.
+    pub block: Option<usize>,
+}
+
+impl HeatedPlace {
+    /// Whether another place is this one or a block of it.
+    pub fn holds(self, other: Self) -> bool {
+        self.place == other.place && (self.block == other.block || self.block.is_none())
+    }
 }

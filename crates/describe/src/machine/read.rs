@@ -4,35 +4,37 @@ use std::path::Path;
 
 use super::channels::channels;
 use super::circuits::{branches, circuits};
-use super::condition::Symbols;
 use super::contacts::{boundaries, contacts, default_contact, radiation_links};
 use super::elastic::{displacements, elasticity, turned};
 use super::enclosures::enclosures;
+use super::film::FilmSource;
 use super::fluids::Fluids;
 use super::geometry::{check_length, parts};
 use super::heat_flows::heat_flows;
 use super::keys::{ACCURACY, CELLS, SCHEMA, radiation as keys};
 use super::library::Shelf;
+use super::model::{Assumption, Chamber, Machine};
 use super::names::Index;
+use super::parts::Part;
 use super::sensors::{limits, measurements, nodes, sensors};
 use super::shape::{distance, overlap};
 use super::sources::sources;
+use super::symbols::Symbols;
 use super::uncertain::{correlations, model_error, shared_factors};
 use super::variables::{definitions, drives, formula_or, variables};
-use super::{Assumption, Chamber, Film, Machine, Part};
 use coldplate_base::document::{Document, Section};
 use coldplate_base::error::Result;
 use coldplate_base::units::Dimension;
-use coldplate_physics::channel::{nusselt, reynolds, serpentine_bend_factor};
+use coldplate_physics::channel::{StraightChannel, nusselt, reynolds, serpentine_bend_factor};
 
 impl Machine {
     /// Reads a machine file and applies `sets` (key, value) to it; see [`Document::apply_set`].
     ///
     /// # Errors
     /// The file cannot be read or is not a valid machine; the error names the file, the line, the key, the value and a
-    /// remedy. `docs/machine-file.md` describes the format.
+    /// remedy. `docs/reference/machine-file.md` describes the format.
     pub fn read(path: impl AsRef<Path>, sets: &[(String, String)]) -> Result<Self> {
-        Self::with_sets(Document::read(path)?, sets)
+        Self::from_document(&Document::read(path)?.with_sets(sets)?)
     }
 
     /// Reads a machine from the text of a file; `file` is the name used in errors.
@@ -40,14 +42,7 @@ impl Machine {
     /// # Errors
     /// Errors of [`Machine::read`].
     pub fn from_text(text: &str, file: impl AsRef<Path>, sets: &[(String, String)]) -> Result<Self> {
-        Self::with_sets(Document::parse(text, file)?, sets)
-    }
-
-    fn with_sets(mut document: Document, sets: &[(String, String)]) -> Result<Self> {
-        for (key, value) in sets {
-            document.apply_set(key, value).map_err(|error| error.in_file(document.file()))?;
-        }
-        Self::from_document(&document)
+        Self::from_document(&Document::parse(text, file)?.with_sets(sets)?)
     }
 
     /// Reads a machine from a parsed file.
@@ -260,13 +255,14 @@ fn bend_factors(machine: &mut Machine, automatic: &[bool], root: &Section<'_>) -
         }
         let re = reynolds(flow, run.diameter, &state);
         let total = run.length.unwrap_or_else(|| legs.iter().sum());
-        let Film::Correlation { wall, .. } = run.film else { continue };
-        let straight = nusselt(re, state.prandtl(), run.diameter / total, wall, false, state.prandtl());
+        let FilmSource::Correlation { wall, .. } = run.film else { continue };
+        let bendless = StraightChannel { diameter: run.diameter, length: total, wall, velocity_developed: false };
+        let straight = nusselt(&bendless, re, state.prandtl(), state.prandtl());
         let factor = serpentine_bend_factor(re, state.prandtl(), run.diameter, mean(&bends), mean(&passes), straight).value;
         if !factor.is_finite() {
             return Err(refused("the correlations give no number here").help(help));
         }
-        machine.channels[channel].film = Film::Correlation { bend_factor: factor, wall };
+        machine.channels[channel].film = FilmSource::Correlation { bend_factor: factor, wall };
     }
     Ok(())
 }

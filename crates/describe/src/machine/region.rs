@@ -1,8 +1,8 @@
 //! Parts of faces, for boundaries that do not act on whole faces.
 
 use super::keys::joints as keys;
+use super::parts::{Face, Part};
 use super::shape::{distance, origin};
-use super::{Face, Part};
 use coldplate_base::document::Section;
 use coldplate_base::error::Result;
 use coldplate_base::units::Dimension;

@@ -24,7 +24,7 @@ impl Default for SensorResponse {
 
 /// A sensor with a lag at one instant.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Shown {
+pub struct ShownTemperature {
     /// Time, s.
     pub time: f64,
     /// Temperature at the sensor's place, K.
@@ -33,7 +33,7 @@ pub struct Shown {
     pub shown: f64,
 }
 
-impl Shown {
+impl ShownTemperature {
     /// A sensor that has settled at the temperature of its place, K.
     pub fn settled(time: f64, told: f64) -> Self {
         Self { time, told, shown: told }
@@ -83,9 +83,9 @@ impl SensorResponse {
     }
 
     fn lagging(&self, times: &[f64], values: &[f64]) -> Vec<f64> {
-        let mut last: Option<Shown> = None;
+        let mut last: Option<ShownTemperature> = None;
         let follow = |(time, told): (&f64, &f64)| {
-            let now = last.map_or(Shown::settled(*time, *told), |before| before.followed(*time, *told, self.lag));
+            let now = last.map_or(ShownTemperature::settled(*time, *told), |before| before.followed(*time, *told, self.lag));
             last = Some(now);
             now.shown
         };

@@ -1,11 +1,14 @@
 //! Questions asked of a machine, whichever solver answers them.
 
-use super::condition::Symbols;
+use super::model::Machine;
+use super::readings::{MachineLimit, Sensor};
 use super::sensors::limits;
-use super::variables::{four, variables};
-use super::{Limit, LimitKind, Machine, Sensor, Variable};
+use super::symbols::Symbols;
+use super::variables::{DescribedVariable, variables};
+use coldplate_base::condition;
 use coldplate_base::document::Section;
 use coldplate_base::error::Result;
+use coldplate_base::terms::LimitKind;
 use coldplate_base::units::Dimension;
 
 /// Variables, measurement points and limits: the part of a machine that a fit, a chart or a verdict needs.
@@ -16,18 +19,18 @@ pub struct Scope {
     /// Hash of everything the results depend on, in hexadecimal.
     pub hash: String,
     /// Variables of a condition.
-    pub variables: Vec<Variable>,
+    pub variables: Vec<DescribedVariable>,
     /// Measurement points.
-    pub points: Vec<Point>,
+    pub points: Vec<PointColumn>,
     /// Limits, by indices into the points and variables; SI.
-    pub limits: Vec<Limit>,
+    pub limits: Vec<MachineLimit>,
     /// Indices of the variables that affect nothing.
     pub unused: Vec<usize>,
 }
 
 /// A measurement point as a column of a table.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Point {
+pub struct PointColumn {
     /// Name.
     pub name: String,
     /// Unit of the column.
@@ -36,7 +39,7 @@ pub struct Point {
     pub dimension: Dimension,
 }
 
-impl Point {
+impl PointColumn {
     /// A point that measures a temperature.
     pub fn temperature(name: &str) -> Self {
         Self { name: name.into(), unit: "degC".into(), dimension: Dimension::TEMPERATURE }
@@ -55,7 +58,7 @@ impl Machine {
             name: self.name.clone(),
             hash: self.hash.clone(),
             variables: self.variables.clone(),
-            points: self.sensors.iter().map(Point::of).collect(),
+            points: self.sensors.iter().map(PointColumn::of).collect(),
             limits: self.limits.clone(),
             unused: (0..self.variables.len()).filter(|v| !self.uses(*v)).collect(),
         }
@@ -72,7 +75,7 @@ impl Scope {
     ///
     /// # Errors
     /// A unit is not known, or a default or range does not fit its unit.
-    pub fn variables(root: &Section<'_>) -> Result<Vec<Variable>> {
+    pub fn variables(root: &Section<'_>) -> Result<Vec<DescribedVariable>> {
         let given: Vec<&str> = root.opt_section("variables")?.map(|section| section.keys().collect()).unwrap_or_default();
         let mut found = variables(root, &mut Symbols::default())?;
         found.retain(|variable| given.contains(&variable.name.as_str()));
@@ -80,7 +83,7 @@ impl Scope {
             return Err(root.error_at("variables", "no variable is declared").help(format!(
                 "write [variables] {} = {{ unit = \"W\" }}, or one of the usual: {}",
                 "heat",
-                four().join(", ")
+                condition::NAMES.join(", ")
             )));
         }
         Ok(found)
@@ -90,7 +93,13 @@ impl Scope {
     ///
     /// # Errors
     /// A limit names a point or a variable that does not exist.
-    pub fn new(root: &Section<'_>, name: String, hash: String, variables: Vec<Variable>, points: Vec<Point>) -> Result<Self> {
+    pub fn new(
+        root: &Section<'_>,
+        name: String,
+        hash: String,
+        variables: Vec<DescribedVariable>,
+        points: Vec<PointColumn>,
+    ) -> Result<Self> {
         let named: Vec<(String, Dimension)> = points.iter().map(|point| (point.name.clone(), point.dimension)).collect();
         let limits = limits(root, &named, &variables)?;
         let unit = |point: &usize| points[*point].unit.as_str();

@@ -1,17 +1,21 @@
 //! Lumped nodes, sensors, limits and measurements.
 
 use super::channels::absolute;
-use super::condition::Symbols;
 use super::elastic::turned_name;
 use super::geometry::{check_length, check_name, emissivity};
 use super::keys::bodies::CAPACITY;
 use super::keys::outputs::{GAIN, LAG, OFFSET};
 use super::names::{Index, lookup};
+use super::parts::LumpedNode;
+use super::readings::{MachineLimit, Measurement, Sensor, SensorReading};
+use super::response::SensorResponse;
 use super::shape::{origin, part_contains};
-use super::variables::formula;
-use super::{Limit, LimitKind, LumpedNode, Measurement, Reading, Sensor, SensorResponse, Variable};
+use super::symbols::Symbols;
+use super::variables::{DescribedVariable, formula};
+use coldplate_base::condition::AMBIENT_TEMPERATURE;
 use coldplate_base::document::{Section, suggestion};
 use coldplate_base::error::Result;
+use coldplate_base::terms::LimitKind;
 use coldplate_base::units::{Dimension, celsius};
 
 /// Temperature below which a value is taken for a difference, K. Chosen: no limit of a machine is colder, no difference
@@ -69,13 +73,13 @@ pub(super) fn sensors(root: &Section<'_>, index: &Index<'_>) -> Result<Vec<Senso
                     let help = "coordinates are relative to the smallest corner of the part's first block (cylinders: the centre of its base; spheres: the centre; imported meshes: their own origin) unless coordinates = \"machine\"";
                     return Err(value.error(format!("this point lies outside the part '{}'", index.parts[part].name)).help(help));
                 }
-                Reading::Point(part, point)
+                SensorReading::Point(part, point)
             }
-            "face" => Reading::FaceMean(index.face(&value)?),
-            "part" => Reading::PartMean(index.part(&value)?),
-            "node" => Reading::Node(index.node(&value)?),
-            "inlet" => Reading::Inlet(index.channel(&value)?),
-            _ => Reading::Outlet(index.channel(&value)?),
+            "face" => SensorReading::FaceMean(index.face(&value)?),
+            "part" => SensorReading::PartMean(index.part(&value)?),
+            "node" => SensorReading::Node(index.node(&value)?),
+            "inlet" => SensorReading::Inlet(index.channel(&value)?),
+            _ => SensorReading::Outlet(index.channel(&value)?),
         };
         let shows = SensorResponse { lag: LAG.read(&section)?, offset: OFFSET.read(&section)?, gain: GAIN.read(&section)? };
         if shows.lag < 0.0 {
@@ -88,7 +92,7 @@ pub(super) fn sensors(root: &Section<'_>, index: &Index<'_>) -> Result<Vec<Senso
 }
 
 /// Reads `[limit.NAME]` over points with their dimensions.
-pub(super) fn limits(root: &Section<'_>, points: &[(String, Dimension)], variables: &[Variable]) -> Result<Vec<Limit>> {
+pub(super) fn limits(root: &Section<'_>, points: &[(String, Dimension)], variables: &[DescribedVariable]) -> Result<Vec<MachineLimit>> {
     let mut found = Vec::new();
     let sensors: Vec<String> = points.iter().map(|(name, _)| name.clone()).collect();
     let sensors = sensors.as_slice();
@@ -118,12 +122,12 @@ pub(super) fn limits(root: &Section<'_>, points: &[(String, Dimension)], variabl
                         .error_at("sensor", "only the displacements of a machine file have a magnitude")
                         .help("limit its maximum"));
                 };
-                turned = Some(Limit { name: turned_name(&name), kind: LimitKind::Maximum { point: back }, maximum });
+                turned = Some(MachineLimit { name: turned_name(&name), kind: LimitKind::Maximum { point: back }, maximum });
                 (LimitKind::Maximum { point }, maximum)
             }
             Some("rise") => {
                 let point = lookup(&section.value("sensor")?, sensors, "sensor")?;
-                let Some(variable) = variables.iter().position(|v| v.name == "ambient_temperature") else {
+                let Some(variable) = variables.iter().position(|v| v.name == AMBIENT_TEMPERATURE) else {
                     return Err(section
                         .error_at("rise", "a rise is over the ambient temperature, which is no variable here")
                         .help("declare ambient_temperature under [variables], or limit the maximum"));
@@ -173,14 +177,14 @@ pub(super) fn limits(root: &Section<'_>, points: &[(String, Dimension)], variabl
             return Err(section.error("the points of this limit are of different kinds").help("compare temperatures with temperatures"));
         }
         section.finish()?;
-        found.push(Limit { name, kind, maximum });
+        found.push(MachineLimit { name, kind, maximum });
         found.extend(turned);
     }
     Ok(found)
 }
 
 /// Reads `[measurement.NAME]`.
-pub(super) fn measurements(root: &Section<'_>, variables: &[Variable], sensors: &[Sensor]) -> Result<Vec<Measurement>> {
+pub(super) fn measurements(root: &Section<'_>, variables: &[DescribedVariable], sensors: &[Sensor]) -> Result<Vec<Measurement>> {
     let mut found = Vec::new();
     for (name, section) in root.sections("measurement")? {
         let mut condition = Vec::new();

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::{Part, Shape};
+use super::parts::{BlockShape, Part};
 
 /// Depth below which two shapes only touch, and distance up to which a point counts as inside, m. Chosen: above the
 /// rounding of coordinates of a machine.
@@ -14,10 +14,10 @@ pub(super) fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
 }
 
 /// Smallest and largest coordinates.
-pub(super) fn bounds(shape: &Shape) -> ([f64; 3], [f64; 3]) {
+pub(super) fn bounds(shape: &BlockShape) -> ([f64; 3], [f64; 3]) {
     match shape {
-        Shape::Box { min, max } => (*min, *max),
-        Shape::Cylinder { axis, base, length, inner, outer, turn } => {
+        BlockShape::Box { min, max } => (*min, *max),
+        BlockShape::Cylinder { axis, base, length, inner, outer, turn } => {
             let (z, u, v) = frame(axis.index());
             let (mut low, mut high) = (*base, *base);
             high[z] += length;
@@ -32,16 +32,16 @@ pub(super) fn bounds(shape: &Shape) -> ([f64; 3], [f64; 3]) {
             }
             (low, high)
         }
-        Shape::Sphere { centre, outer, .. } => (centre.map(|x| x - outer), centre.map(|x| x + outer)),
+        BlockShape::Sphere { centre, outer, .. } => (centre.map(|x| x - outer), centre.map(|x| x + outer)),
     }
 }
 
 /// Volume, m³.
-pub(super) fn volume(shape: &Shape) -> f64 {
+pub(super) fn volume(shape: &BlockShape) -> f64 {
     match shape {
-        Shape::Box { min, max } => (0..3).map(|d| max[d] - min[d]).product(),
-        Shape::Cylinder { length, inner, outer, turn, .. } => (turn.1 - turn.0) / 2.0 * (outer * outer - inner * inner) * length,
-        Shape::Sphere { inner, outer, .. } => 4.0 / 3.0 * PI * (outer.powi(3) - inner.powi(3)),
+        BlockShape::Box { min, max } => (0..3).map(|d| max[d] - min[d]).product(),
+        BlockShape::Cylinder { length, inner, outer, turn, .. } => (turn.1 - turn.0) / 2.0 * (outer * outer - inner * inner) * length,
+        BlockShape::Sphere { inner, outer, .. } => 4.0 / 3.0 * PI * (outer.powi(3) - inner.powi(3)),
     }
 }
 
@@ -52,9 +52,9 @@ pub(super) fn origin(part: &Part) -> [f64; 3] {
         return import.at;
     }
     match part.blocks.first().map(|block| &block.shape) {
-        Some(Shape::Box { min, .. }) => *min,
-        Some(Shape::Cylinder { base, .. }) => *base,
-        Some(Shape::Sphere { centre, .. }) => *centre,
+        Some(BlockShape::Box { min, .. }) => *min,
+        Some(BlockShape::Cylinder { base, .. }) => *base,
+        Some(BlockShape::Sphere { centre, .. }) => *centre,
         None => [0.0; 3],
     }
 }
@@ -73,10 +73,10 @@ fn frame(axis: usize) -> (usize, usize, usize) {
 }
 
 /// Whether a point lies inside a shape or not farther than `margin` outside (inside by more, if negative).
-pub(super) fn contains(shape: &Shape, point: [f64; 3], margin: f64) -> bool {
+pub(super) fn contains(shape: &BlockShape, point: [f64; 3], margin: f64) -> bool {
     match shape {
-        Shape::Box { min, max } => (0..3).all(|d| point[d] >= min[d] - margin && point[d] <= max[d] + margin),
-        Shape::Cylinder { axis, base, length, inner, outer, turn } => {
+        BlockShape::Box { min, max } => (0..3).all(|d| point[d] >= min[d] - margin && point[d] <= max[d] + margin),
+        BlockShape::Cylinder { axis, base, length, inner, outer, turn } => {
             let (z, u, v) = frame(axis.index());
             let (along, x, y) = (point[z] - base[z], point[u] - base[u], point[v] - base[v]);
             let r = x.hypot(y);
@@ -92,7 +92,7 @@ pub(super) fn contains(shape: &Shape, point: [f64; 3], margin: f64) -> bool {
             let beyond = (from_start - span).min(2.0 * PI - from_start);
             if from_start <= span { from_start.min(span - from_start) * r >= -margin } else { beyond * r <= margin }
         }
-        Shape::Sphere { centre, inner, outer } => {
+        BlockShape::Sphere { centre, inner, outer } => {
             let r = distance(point, *centre);
             r <= outer + margin && (*inner == 0.0 || r >= inner - margin)
         }
@@ -116,15 +116,15 @@ pub(super) fn part_contains(part: &Part, point: [f64; 3]) -> bool {
 /// beside all of these. Two kinds of pairs are tested by points of each shape in the other: parts of a turn for which
 /// the exact test of full turns finds an overlap, and cylinders about crossed axes. This can miss an overlap of less
 /// than a twelfth of the shapes' size.
-pub(super) fn overlap(a: &Shape, b: &Shape) -> bool {
+pub(super) fn overlap(a: &BlockShape, b: &BlockShape) -> bool {
     let ((low_a, high_a), (low_b, high_b)) = (bounds(a), bounds(b));
     if (0..3).any(|d| high_a[d].min(high_b[d]) - low_a[d].max(low_b[d]) <= TOUCH) {
         return false;
     }
     match (a, b) {
-        (Shape::Box { .. }, Shape::Box { .. }) => true,
-        (Shape::Box { min, max }, Shape::Cylinder { axis, base, inner, outer, turn, .. })
-        | (Shape::Cylinder { axis, base, inner, outer, turn, .. }, Shape::Box { min, max }) => {
+        (BlockShape::Box { .. }, BlockShape::Box { .. }) => true,
+        (BlockShape::Box { min, max }, BlockShape::Cylinder { axis, base, inner, outer, turn, .. })
+        | (BlockShape::Cylinder { axis, base, inner, outer, turn, .. }, BlockShape::Box { min, max }) => {
             let (_, u, v) = frame(axis.index());
             let nearest = |d: usize| (min[d] - base[d]).max(base[d] - max[d]).max(0.0);
             let farthest = |d: usize| (min[d] - base[d]).abs().max((max[d] - base[d]).abs());
@@ -132,8 +132,8 @@ pub(super) fn overlap(a: &Shape, b: &Shape) -> bool {
             !clear && (turn.1 - turn.0 >= 2.0 * PI || sampled(a, b))
         }
         (
-            Shape::Cylinder { axis, base, inner, outer, turn, .. },
-            Shape::Cylinder { axis: axis_b, base: base_b, inner: inner_b, outer: outer_b, turn: turn_b, .. },
+            BlockShape::Cylinder { axis, base, inner, outer, turn, .. },
+            BlockShape::Cylinder { axis: axis_b, base: base_b, inner: inner_b, outer: outer_b, turn: turn_b, .. },
         ) => {
             if axis != axis_b {
                 return sampled(a, b);
@@ -156,32 +156,32 @@ pub(super) fn overlap(a: &Shape, b: &Shape) -> bool {
             let shared = |k: f64| (turn.1.min(turn_b.1 + k) - turn.0.max(turn_b.0 + k)) * reach > TOUCH;
             [-2.0, -1.0, 0.0, 1.0, 2.0].into_iter().any(|k| shared(k * 2.0 * PI))
         }
-        (Shape::Sphere { centre, inner, outer }, other) | (other, Shape::Sphere { centre, inner, outer }) => {
+        (BlockShape::Sphere { centre, inner, outer }, other) | (other, BlockShape::Sphere { centre, inner, outer }) => {
             // The other shape is in one piece: its distances from the centre fill the range from near to far.
             let (near, far) = distances(other, *centre);
             let reaches = near < outer - TOUCH && far > inner + TOUCH;
-            let is_cut = matches!(other, Shape::Cylinder { turn, .. } if turn.1 - turn.0 < 2.0 * PI);
+            let is_cut = matches!(other, BlockShape::Cylinder { turn, .. } if turn.1 - turn.0 < 2.0 * PI);
             reaches && (!is_cut || sampled(a, b))
         }
     }
 }
 
 /// Smallest and largest distance of a shape's points from a point, m; for a part of a turn, of the full turn.
-pub(super) fn distances(shape: &Shape, from: [f64; 3]) -> (f64, f64) {
+pub(super) fn distances(shape: &BlockShape, from: [f64; 3]) -> (f64, f64) {
     let outside = |x: f64, low: f64, high: f64| (low - x).max(x - high).max(0.0);
     let away = |x: f64, low: f64, high: f64| (x - low).abs().max((x - high).abs());
     match shape {
-        Shape::Box { min, max } => {
+        BlockShape::Box { min, max } => {
             let norm = |f: &dyn Fn(f64, f64, f64) -> f64| (0..3).map(|d| f(from[d], min[d], max[d]).powi(2)).sum::<f64>().sqrt();
             (norm(&outside), norm(&away))
         }
-        Shape::Cylinder { axis, base, length, inner, outer, .. } => {
+        BlockShape::Cylinder { axis, base, length, inner, outer, .. } => {
             let (z, u, v) = frame(axis.index());
             let r = (from[u] - base[u]).hypot(from[v] - base[v]);
             let along = |f: &dyn Fn(f64, f64, f64) -> f64| f(from[z], base[z], base[z] + length);
             (outside(r, *inner, *outer).hypot(along(&outside)), (r + outer).hypot(along(&away)))
         }
-        Shape::Sphere { centre, inner, outer } => {
+        BlockShape::Sphere { centre, inner, outer } => {
             let r = distance(from, *centre);
             (outside(r, *inner, *outer), r + outer)
         }
@@ -189,20 +189,20 @@ pub(super) fn distances(shape: &Shape, from: [f64; 3]) -> (f64, f64) {
 }
 
 /// Whether a point of the inside of one shape lies well inside the other.
-fn sampled(a: &Shape, b: &Shape) -> bool {
+fn sampled(a: &BlockShape, b: &BlockShape) -> bool {
     points(a).any(|p| contains(b, p, -TOUCH)) || points(b).any(|p| contains(a, p, -TOUCH))
 }
 
 /// Points spread over the inside of a shape.
-fn points(shape: &Shape) -> impl Iterator<Item = [f64; 3]> + '_ {
+fn points(shape: &BlockShape) -> impl Iterator<Item = [f64; 3]> + '_ {
     /// Number of points along each axis (count). Chosen: time against the size of an overlap that can be missed.
     const N: usize = 12;
     let part = |i: usize| (i as f64 + 0.5) / N as f64;
     (0..N * N * N).map(move |i| {
         let s = [part(i % N), part(i / N % N), part(i / N / N)];
         match shape {
-            Shape::Box { min, max } => std::array::from_fn(|d| min[d] + s[d] * (max[d] - min[d])),
-            Shape::Cylinder { axis, base, length, inner, outer, turn } => {
+            BlockShape::Box { min, max } => std::array::from_fn(|d| min[d] + s[d] * (max[d] - min[d])),
+            BlockShape::Cylinder { axis, base, length, inner, outer, turn } => {
                 let (z, u, v) = frame(axis.index());
                 let (r, angle) = (inner + s[0] * (outer - inner), turn.0 + s[1] * (turn.1 - turn.0));
                 let mut point = *base;
@@ -211,7 +211,7 @@ fn points(shape: &Shape) -> impl Iterator<Item = [f64; 3]> + '_ {
                 point[v] += r * angle.sin();
                 point
             }
-            Shape::Sphere { centre, inner, outer } => {
+            BlockShape::Sphere { centre, inner, outer } => {
                 // Equal volumes per point, at every height and angle.
                 let (r, height, angle) = (inner + s[0] * (outer - inner), 2.0 * s[1] - 1.0, 2.0 * PI * s[2]);
                 let across = (1.0 - height * height).sqrt();

@@ -1,17 +1,35 @@
 //! Heat sources: heated places, power, and distribution of the power in space.
 
-use super::condition::Symbols;
 use super::names::Index;
+use super::parts::{HeatedPlace, Part, Place};
 use super::shape::volume;
+use super::source_law::SourceLaw;
+use super::symbols::Symbols;
 use super::variables::formula;
-use super::{HeatedPlace, Part, Place, Source, SourceLaw};
 use coldplate_base::document::{Section, Value};
 use coldplate_base::error::Result;
-use coldplate_base::formula::{Formula, Names};
+use coldplate_base::formula::{Formula, FormulaNames};
 use coldplate_base::units::Dimension;
 
 /// Names of the coordinates in a distribution.
 const COORDINATES: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
+
+/// A heat source.
+#[derive(Debug, Clone)]
+pub struct Source {
+    /// Name.
+    pub name: String,
+    /// Heated places: the power is spread over the volume of a part or the area of a face, or put into a node.
+    pub places: Vec<HeatedPlace>,
+    /// Total power, W, shared among the places by volume or area; or the power per volume, W/m³.
+    pub power: Formula,
+    /// Volume of all places, m³, for a power given per volume.
+    pub volume: Option<f64>,
+    /// Relative power per volume or area at x, y, z (mm, in the coordinates of the part); `None` means even.
+    pub distribution: Option<Formula>,
+    /// Dependence of the power of each piece on its own temperature.
+    pub law: SourceLaw,
+}
 
 /// Reads `[source.NAME]`.
 pub(super) fn sources(root: &Section<'_>, index: &Index<'_>, symbols: &Symbols) -> Result<Vec<Source>> {
@@ -58,7 +76,7 @@ fn distribution(value: &Value<'_>, places: &[HeatedPlace], is_density: bool) -> 
     if places.iter().any(|heated| matches!(heated.place, Place::Node(_))) {
         return Err(value.error("a lumped node has no places within it").help("take the node out of this source"));
     }
-    let mut names = Names::default();
+    let mut names = FormulaNames::default();
     for name in COORDINATES {
         names.add(name)?;
     }

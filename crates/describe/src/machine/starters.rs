@@ -1,6 +1,6 @@
 //! Machine files to start from, and a sweep over their variables.
 
-use super::Machine;
+use super::model::Machine;
 use coldplate_base::error::{Error, Result, did_you_mean};
 use coldplate_base::numbers::compact;
 use coldplate_base::units::express;

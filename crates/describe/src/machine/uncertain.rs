@@ -2,7 +2,8 @@
 //! numbers, correlations, and the model error.
 
 use super::keys::uncertain::{COMMON, GROWTH, KINDS, SENSORS};
-use super::{Sensor, Variable};
+use super::readings::Sensor;
+use super::variables::DescribedVariable;
 use coldplate_base::document::{Section, Value, suggestion};
 use coldplate_base::error::Result;
 use coldplate_base::units::{Dimension, Measurand};
@@ -32,7 +33,7 @@ impl NumberKind {
 
 /// Numbers that share an uncertain factor.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Shared {
+pub enum SharedNumbers {
     /// All numbers of a kind.
     All(NumberKind),
     /// Numbers under these dotted keys.
@@ -45,7 +46,7 @@ pub struct SharedFactor {
     /// Name of the factor.
     pub name: String,
     /// The numbers that the factor multiplies.
-    pub of: Shared,
+    pub of: SharedNumbers,
     /// Standard deviation of the factor, or of the offset in kelvin.
     pub deviation: f64,
     /// Whether the factor is an offset.
@@ -84,14 +85,14 @@ pub(super) fn shared_factors(root: &Section<'_>) -> Result<Vec<SharedFactor>> {
     let mut found = Vec::new();
     for (name, section) in root.sections("uncertain")? {
         let of = match section.one_of(&["all", "numbers"])? {
-            Some("all") => Shared::All(NumberKind::ALL[section.choice("all", &KINDS)?]),
-            Some(_) => Shared::Keys(section.list("numbers")?.iter().map(Value::text).collect::<Result<_>>()?),
+            Some("all") => SharedNumbers::All(NumberKind::ALL[section.choice("all", &KINDS)?]),
+            Some(_) => SharedNumbers::Keys(section.list("numbers")?.iter().map(Value::text).collect::<Result<_>>()?),
             None => {
                 let help = "write all = \"films\", or numbers = [\"contact.foot.conductance\", ...]";
                 return Err(section.error("this factor multiplies nothing").help(help));
             }
         };
-        if matches!(&of, Shared::Keys(keys) if keys.is_empty()) {
+        if matches!(&of, SharedNumbers::Keys(keys) if keys.is_empty()) {
             return Err(section.error_at("numbers", "there is no number here").help("name the keys that share the factor"));
         }
         let kind = section.one_of(&["deviation", "limits", "offset"])?;
@@ -106,7 +107,7 @@ pub(super) fn shared_factors(root: &Section<'_>) -> Result<Vec<SharedFactor>> {
                     .help("write deviation = \"7 %\" (a standard deviation), or limits = \"12 %\" (all values within are alike)"));
             }
         };
-        if is_offset && matches!(of, Shared::All(_)) {
+        if is_offset && matches!(of, SharedNumbers::All(_)) {
             return Err(section.error_at("offset", "an offset is one of temperatures").help("name their keys: numbers = [\"KEY\", ...]"));
         }
         if !(deviation > 0.0 && (deviation < 1.0 || is_offset)) {
@@ -140,7 +141,7 @@ pub(super) fn correlations(root: &Section<'_>) -> Result<Vec<Correlation>> {
 }
 
 /// Reads `[model_error]`.
-pub(super) fn model_error(root: &Section<'_>, sensors: &[Sensor], variables: &[Variable]) -> Result<ModelError> {
+pub(super) fn model_error(root: &Section<'_>, sensors: &[Sensor], variables: &[DescribedVariable]) -> Result<ModelError> {
     let section = root.section_or_empty("model_error")?;
     let is_stated = root.has("model_error");
     let negative = |key: &str| section.error_at(key, "a standard deviation is not negative").help("leave the key out for none");
@@ -169,7 +170,7 @@ pub(super) fn model_error(root: &Section<'_>, sensors: &[Sensor], variables: &[V
     }
     let mut measured = Vec::new();
     for given in section.tables("measured")? {
-        let one = |variable: &Variable| given.quantity(&variable.name, variable.dimension);
+        let one = |variable: &DescribedVariable| given.quantity(&variable.name, variable.dimension);
         measured.push(variables.iter().filter(|v| given.has(&v.name) || v.default.is_none()).map(one).collect::<Result<Vec<f64>>>()?);
         given.finish()?;
     }

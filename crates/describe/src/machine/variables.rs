@@ -1,28 +1,52 @@
 //! Variables, definitions and drives: the names that formulas may use.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::f64::consts::PI;
 
-use super::condition::{DRIVE_NAMES, Meaning, Symbols, check_variable, scale_of};
 use super::keys::heat as keys;
-use super::{Definition, Drive, Variable};
+use super::symbols::{DRIVE_NAMES, Meaning, Symbols};
 use crate::schema::{Key, Unstated};
+use coldplate_base::condition::{self, ConditionVariable};
 use coldplate_base::document::{Section, Value};
 use coldplate_base::error::{Error, Result};
 use coldplate_base::formula::{Formula, suffix};
-use coldplate_base::units::Dimension;
+use coldplate_base::numbers::significant;
+use coldplate_base::units::{self, Dimension};
 use coldplate_physics::drive::Parameters;
 
-/// The variables that always exist: name, unit, dimension, further units that formulas may use.
-const FOUR: [(&str, &str, Dimension, &[&str]); 4] = [
-    ("coolant_flow", "L/min", Dimension::VOLUME_FLOW, &["m3/s"]),
-    ("coolant_temperature", "degC", Dimension::TEMPERATURE, &["K"]),
-    ("motor_speed", "rpm", Dimension::ANGULAR_SPEED, &["rad/s"]),
-    ("ambient_temperature", "degC", Dimension::TEMPERATURE, &["K"]),
-];
+/// A condition variable.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DescribedVariable {
+    /// Name, for example `coolant_flow`.
+    pub name: String,
+    /// Unit in which values are shown, for example `L/min`.
+    pub unit: String,
+    /// Physical dimension of the variable.
+    pub dimension: Dimension,
+    /// Default value (SI), if the file states one.
+    pub default: Option<f64>,
+    /// Range of sensible values (SI), if the file states one.
+    pub range: Option<(f64, f64)>,
+}
 
-/// Names of the variables that always exist.
-pub(super) fn four() -> [&'static str; 4] {
-    FOUR.map(|(name, ..)| name)
+/// A named intermediate formula.
+#[derive(Debug, Clone)]
+pub struct NamedFormula {
+    /// Name under which later formulas use it.
+    pub name: String,
+    /// Formula of the definition; the value is used without unit conversion.
+    pub formula: Formula,
+}
+
+/// One feed drive: motor, reducer, screw, rails, bearings (equations 1-5 of the source paper).
+#[derive(Debug, Clone)]
+pub struct Drive {
+    /// Prefix of its quantities in formulas.
+    pub name: String,
+    /// Motor speed, rad/s.
+    pub speed: Formula,
+    /// Physical parameters; see [`coldplate_physics::drive`].
+    pub parameters: Parameters,
 }
 
 /// Dimensions that a variable of the file may have; the unit selects one.
@@ -83,19 +107,19 @@ pub(super) fn formula_or(section: &Section<'_>, key: &Key, symbols: &Symbols) ->
 }
 
 /// Reads `[variables]` and gives the names to `symbols`.
-pub(super) fn variables(root: &Section<'_>, symbols: &mut Symbols) -> Result<Vec<Variable>> {
+pub(super) fn variables(root: &Section<'_>, symbols: &mut Symbols) -> Result<Vec<DescribedVariable>> {
     let given = root.opt_section("variables")?;
     let mut found = Vec::new();
-    for (name, unit, dimension, more) in FOUR {
-        let mut variable = Variable { name: name.into(), unit: unit.into(), dimension, default: None, range: None };
+    for ConditionVariable { name, unit, si_unit, dimension } in condition::VARIABLES {
+        let mut variable = DescribedVariable { name: name.into(), unit: unit.into(), dimension, default: None, range: None };
         if let Some(value) = given.as_ref().and_then(|section| section.opt(name)) {
             read_variable(&value, &mut variable)?;
         }
-        add_variable(symbols, found.len(), &variable, more)?;
+        add_variable(symbols, found.len(), &variable, &[si_unit])?;
         found.push(variable);
     }
     let Some(given) = given else { return Ok(found) };
-    for name in given.keys().filter(|name| !FOUR.iter().any(|four| four.0 == *name)) {
+    for name in given.keys().filter(|name| !condition::NAMES.contains(name)) {
         let value = given.value(name)?;
         let section = own_variable_section(&value)?;
         let unit = section.text("unit")?;
@@ -104,7 +128,7 @@ pub(super) fn variables(root: &Section<'_>, symbols: &mut Symbols) -> Result<Vec
                 .error_at("unit", "the unit is not known here")
                 .help("for example \"W\", \"degC\", \"m/s\", \"N m\", \"Pa\", \"1\" for a pure number")
         })?;
-        let mut variable = Variable { name: name.into(), unit, dimension, default: None, range: None };
+        let mut variable = DescribedVariable { name: name.into(), unit, dimension, default: None, range: None };
         read_variable(&value, &mut variable)?;
         let more: &[&str] = if dimension == Dimension::TEMPERATURE { &["K"] } else { &[] };
         add_variable(symbols, found.len(), &variable, more).map_err(|e| value.place(e))?;
@@ -118,10 +142,9 @@ fn own_variable_section<'a>(value: &Value<'a>) -> Result<Section<'a>> {
     if value.is_table() {
         return value.section();
     }
-    let four: Vec<&str> = FOUR.iter().map(|four| four.0).collect();
     Err(value
         .error("a variable of one's own needs a table")
-        .help(format!("write {{ unit = \"W\", default = \"5 W\" }}; if one of the usual was meant: {}", four.join(", "))))
+        .help(format!("write {{ unit = \"W\", default = \"5 W\" }}; if one of the usual was meant: {}", condition::NAMES.join(", "))))
 }
 
 /// Dimension of a unit; `degC` is an absolute temperature, `K` a difference.
@@ -129,13 +152,11 @@ fn dimension_of(unit: &str) -> Option<Dimension> {
     if matches!(unit, "degC" | "°C") {
         return Some(Dimension::TEMPERATURE);
     }
-    DIMENSIONS
-        .into_iter()
-        .find(|dimension| coldplate_base::units::convert(1.0, unit, *dimension).is_ok_and(|scale| scale.is_finite() && scale > 0.0))
+    DIMENSIONS.into_iter().find(|dimension| units::convert(1.0, unit, *dimension).is_ok_and(|scale| scale.is_finite() && scale > 0.0))
 }
 
 /// Reads default and range: a bare value is the default.
-fn read_variable(value: &Value<'_>, variable: &mut Variable) -> Result<()> {
+fn read_variable(value: &Value<'_>, variable: &mut DescribedVariable) -> Result<()> {
     if !value.is_table() {
         variable.default = Some(value.quantity(variable.dimension)?);
     } else {
@@ -158,7 +179,7 @@ fn read_variable(value: &Value<'_>, variable: &mut Variable) -> Result<()> {
     check_variable(&variable.name, lowest).map_err(|e| value.place(e))
 }
 
-fn add_variable(symbols: &mut Symbols, index: usize, variable: &Variable, more: &[&str]) -> Result<()> {
+fn add_variable(symbols: &mut Symbols, index: usize, variable: &DescribedVariable, more: &[&str]) -> Result<()> {
     symbols.names.add_bare(&variable.name, variable.dimension)?;
     symbols.meanings.push(Meaning::Si(index));
     for unit in std::iter::once(variable.unit.as_str()).chain(more.iter().copied()) {
@@ -170,17 +191,31 @@ fn add_variable(symbols: &mut Symbols, index: usize, variable: &Variable, more: 
         symbols.add(&name, Meaning::InUnit { variable: index, scale, offset })?;
     }
     // The standard names, which work whatever unit the file uses for the four variables.
-    if let Some(four) = FOUR.iter().find(|four| four.0 == variable.name && four.1 != variable.unit) {
-        let name = format!("{}_{}", variable.name, suffix(four.1));
+    if let Some(four) = condition::VARIABLES.iter().find(|four| four.name == variable.name && four.unit != variable.unit) {
+        let name = format!("{}_{}", variable.name, suffix(four.unit));
         if symbols.names.slot(&name).is_none() {
-            let (scale, offset) = scale_of(four.1, variable.dimension)?;
+            let (scale, offset) = scale_of(four.unit, variable.dimension)?;
             symbols.add(&name, Meaning::InUnit { variable: index, scale, offset })?;
         }
     }
     Ok(())
 }
 
-impl Variable {
+impl DescribedVariable {
+    /// A value (SI) in the variable's own unit, with `digits` significant digits.
+    pub fn with_unit(&self, si: f64, digits: usize) -> String {
+        let shown = units::express(si, &self.unit, self.dimension).unwrap_or(si);
+        format!("{} {}", significant(shown, digits), self.unit)
+    }
+
+    /// Checks that a condition may state this value (SI).
+    ///
+    /// # Errors
+    /// The value is a negative coolant flow.
+    pub fn check(&self, si: f64) -> Result<()> {
+        check_variable(&self.name, si)
+    }
+
     /// A name under which expressions may use the variable, and the unit its value has there: kelvin for absolute
     /// temperatures, else the unit it is shown in.
     pub fn in_expressions(&self) -> (String, String) {
@@ -189,6 +224,24 @@ impl Variable {
         // Unit "1" would give a suffix too, but a pure number keeps its own name.
         let name = if self.dimension == Dimension::NUMBER { self.name.clone() } else { format!("{}_{suffix}", self.name) };
         (name, unit.to_string())
+    }
+}
+
+/// Checks a value against the range of the four variables that always exist.
+pub(super) fn check_variable(name: &str, si: f64) -> Result<()> {
+    if name == condition::COOLANT_FLOW && si < 0.0 {
+        return Err(Error::input("the coolant flow is negative").help("write the amount; the circuit says the direction"));
+    }
+    Ok(())
+}
+
+/// Factor to SI and SI value of zero, for a variable shown in a unit.
+pub(super) fn scale_of(unit: &str, dimension: Dimension) -> Result<(f64, f64)> {
+    match (dimension == Dimension::TEMPERATURE, unit) {
+        (true, "K") => Ok((1.0, 0.0)),
+        (true, _) => units::convert(0.0, unit, dimension).map(|_| (1.0, units::ZERO_CELSIUS)),
+        _ if dimension == Dimension::ANGULAR_SPEED && unit == "rpm" => Ok((PI / 30.0, 0.0)),
+        _ => units::convert(1.0, unit, dimension).map(|scale| (scale, 0.0)),
     }
 }
 
@@ -237,14 +290,14 @@ fn parameters(section: &Section<'_>) -> Result<Parameters> {
     p.starting_torque = section.opt_quantity(keys::STARTING_TORQUE.name, Dimension::TORQUE)?;
     p.check().map_err(|error| {
         let key = error.location().key.clone().unwrap_or_default();
-        section.error_at(&key, error.what()).help(error.remedy().unwrap_or("see docs/machine-file.md"))
+        section.error_at(&key, error.what()).help(error.remedy().unwrap_or("see docs/reference/machine-file.md"))
     })?;
     Ok(p)
 }
 
 /// Reads `[define]`, sorted so that each definition can be evaluated after the ones before it, and gives the names to
 /// `symbols`.
-pub(super) fn definitions(root: &Section<'_>, symbols: &mut Symbols) -> Result<Vec<Definition>> {
+pub(super) fn definitions(root: &Section<'_>, symbols: &mut Symbols) -> Result<Vec<NamedFormula>> {
     let Some(section) = root.opt_section("define")? else { return Ok(Vec::new()) };
     let names: Vec<&str> = section.keys().collect();
     let mut slots = Vec::new();
@@ -275,7 +328,7 @@ pub(super) fn definitions(root: &Section<'_>, symbols: &mut Symbols) -> Result<V
             }
         }
         symbols.definition_slots.push(slots[i]);
-        ordered.extend(formulas[i].take().map(|formula| Definition { name: names[i].into(), formula }));
+        ordered.extend(formulas[i].take().map(|formula| NamedFormula { name: names[i].into(), formula }));
     }
     let circle: Vec<&str> = formulas.iter().zip(&names).filter(|(formula, _)| formula.is_some()).map(|(_, name)| *name).collect();
     if !circle.is_empty() {

@@ -1,18 +1,21 @@
 //! Check for keys that the schema does not know.
 
-use super::{Form, Key, Table, Unit};
+use super::{Key, KeyTable, Unit, ValueForm};
 use coldplate_base::document::{Section, Value, suggestion};
 use coldplate_base::error::Result;
 use coldplate_base::units::Dimension;
 
 /// A formula with the unit of its result.
-pub(super) const FORMULA: Table = Table {
+pub(super) const FORMULA: KeyTable = KeyTable {
     doc: "an expression with the unit of its result",
-    keys: &[&[Key::new("formula", Form::Text, "the expression").required(), Key::new("unit", Form::Text, "unit of its result").required()]],
+    keys: &[&[
+        Key::new("formula", ValueForm::Text, "the expression").required(),
+        Key::new("unit", ValueForm::Text, "unit of its result").required(),
+    ]],
     one_of: &[],
 };
 
-impl Table {
+impl KeyTable {
     /// Checks for keys that the schema does not know, in this table and in all tables below.
     ///
     /// # Errors
@@ -39,22 +42,22 @@ impl Table {
 }
 
 /// Checks the tables inside a value; the reader checks whether other values fit their form.
-fn check_value(value: &Value<'_>, form: &Form) -> Result<()> {
+fn check_value(value: &Value<'_>, form: &ValueForm) -> Result<()> {
     match form {
-        Form::Table(table) if value.is_table() => table.check(&value.section()?),
-        Form::Formula(_) if value.is_table() => FORMULA.check(&value.section()?),
-        Form::Named(table) if value.is_table() => {
+        ValueForm::Table(table) if value.is_table() => table.check(&value.section()?),
+        ValueForm::Formula(_) if value.is_table() => FORMULA.check(&value.section()?),
+        ValueForm::Named(table) if value.is_table() => {
             let all = value.section()?;
-            all.keys().map(|name| all.value(name)).try_for_each(|entry| check_value(&entry?, &Form::Table(table)))
+            all.keys().map(|name| all.value(name)).try_for_each(|entry| check_value(&entry?, &ValueForm::Table(table)))
         }
-        Form::Free(inner) if value.is_table() => {
+        ValueForm::Free(inner) if value.is_table() => {
             let all = value.section()?;
             all.keys().map(|name| all.value(name)).try_for_each(|entry| check_value(&entry?, inner))
         }
-        Form::Tables(table) if value.is_list() => {
+        ValueForm::Tables(table) if value.is_list() => {
             value.list()?.iter().filter(|entry| entry.is_table()).try_for_each(|entry| table.check(&entry.section()?))
         }
-        Form::Either(forms) => forms.iter().try_for_each(|form| check_value(value, form)),
+        ValueForm::Either(forms) => forms.iter().try_for_each(|form| check_value(value, form)),
         _ => Ok(()),
     }
 }

@@ -3,13 +3,13 @@
 use serde_json::{Map, Value, json};
 
 use super::check::FORMULA;
-use super::{Form, Key, Table, Unit, Unstated};
+use super::{Key, KeyTable, Unit, Unstated, ValueForm};
 use coldplate_base::units::{self, Dimension};
 
 /// Regular expression of a number in the program's notation, without anchors.
 const NUMBER: &str = r"[+-]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][+-]?[0-9]+)?";
 
-impl Table {
+impl KeyTable {
     /// The JSON Schema of a file with this table as the outermost one.
     pub fn to_json_schema(&self) -> Value {
         let mut schema = table(self);
@@ -30,7 +30,7 @@ fn assumed() -> Value {
     })
 }
 
-fn object(table: &Table) -> Map<String, Value> {
+fn object(table: &KeyTable) -> Map<String, Value> {
     let mut properties: Map<String, Value> = table.keys().map(|key| (key.name.to_string(), property(key))).collect();
     properties.insert("assumed".into(), json!({ "$ref": "#/$defs/assumed" }));
     let mut schema = Map::new();
@@ -41,7 +41,7 @@ fn object(table: &Table) -> Map<String, Value> {
     schema
 }
 
-fn table(table: &Table) -> Value {
+fn table(table: &KeyTable) -> Value {
     let mut schema = object(table);
     let required: Vec<&str> = table.keys().filter(|key| key.is_required).map(|key| key.name).collect();
     if !required.is_empty() {
@@ -87,22 +87,22 @@ pub(super) fn quantity_text(si: f64, unit: Unit) -> String {
     format!("{} {}", units::express(si, unit.name, unit.dimension).unwrap_or(si), unit.name)
 }
 
-fn form(form: &Form) -> Value {
+fn form(form: &ValueForm) -> Value {
     match form {
-        Form::Text => json!({ "type": "string" }),
-        Form::Name(what) => json!({ "type": "string", "minLength": 1, "title": format!("name of a {what}") }),
-        Form::Flag => json!({ "type": "boolean" }),
-        Form::True => json!({ "const": true }),
-        Form::Whole(least) => json!({ "type": "integer", "minimum": least }),
-        Form::Number => number(),
-        Form::Quantity(unit) if unit.dimension == Dimension::NUMBER => {
+        ValueForm::Text => json!({ "type": "string" }),
+        ValueForm::Name(what) => json!({ "type": "string", "minLength": 1, "title": format!("name of a {what}") }),
+        ValueForm::Flag => json!({ "type": "boolean" }),
+        ValueForm::True => json!({ "const": true }),
+        ValueForm::Whole(least) => json!({ "type": "integer", "minimum": least }),
+        ValueForm::Number => number(),
+        ValueForm::Quantity(unit) if unit.dimension == Dimension::NUMBER => {
             json!({ "anyOf": [{ "type": "number" }, { "type": "string", "pattern": format!("^\\s*{NUMBER}") }] })
         }
-        Form::Quantity(unit) => quantity(*unit),
-        Form::AnyQuantity => json!({ "anyOf": [{ "type": "number" }, { "type": "string", "pattern": format!("^\\s*{NUMBER}") }] }),
-        Form::Formula(_) => json!({ "anyOf": [{ "type": "number" }, { "type": "string", "minLength": 1 }, table(&FORMULA)] }),
-        Form::Word(words) => json!({ "enum": words }),
-        Form::List(inner, count) => {
+        ValueForm::Quantity(unit) => quantity(*unit),
+        ValueForm::AnyQuantity => json!({ "anyOf": [{ "type": "number" }, { "type": "string", "pattern": format!("^\\s*{NUMBER}") }] }),
+        ValueForm::Formula(_) => json!({ "anyOf": [{ "type": "number" }, { "type": "string", "minLength": 1 }, table(&FORMULA)] }),
+        ValueForm::Word(words) => json!({ "enum": words }),
+        ValueForm::List(inner, count) => {
             let mut schema = json!({ "type": "array", "items": self::form(inner) });
             if let (Value::Object(entries), Some(count)) = (&mut schema, count) {
                 entries.insert("minItems".into(), json!(count));
@@ -110,17 +110,19 @@ fn form(form: &Form) -> Value {
             }
             schema
         }
-        Form::Curve(x, y) => json!({
+        ValueForm::Curve(x, y) => json!({
             "type": "array",
             "minItems": 1,
             "items": { "type": "array", "prefixItems": [quantity(*x), quantity(*y)], "minItems": 2, "maxItems": 2 },
         }),
-        Form::Nested(what) => json!({ "type": ["string", "array"], "minItems": 1, "title": format!("names of {what}s, in nested lists") }),
-        Form::Either(forms) => json!({ "anyOf": forms.iter().map(self::form).collect::<Vec<_>>() }),
-        Form::Table(inner) => table(inner),
-        Form::Tables(inner) => json!({ "type": "array", "items": table(inner), "minItems": 1 }),
-        Form::Named(inner) => named(table(inner)),
-        Form::Free(inner) => named(self::form(inner)),
+        ValueForm::Nested(what) => {
+            json!({ "type": ["string", "array"], "minItems": 1, "title": format!("names of {what}s, in nested lists") })
+        }
+        ValueForm::Either(forms) => json!({ "anyOf": forms.iter().map(self::form).collect::<Vec<_>>() }),
+        ValueForm::Table(inner) => table(inner),
+        ValueForm::Tables(inner) => json!({ "type": "array", "items": table(inner), "minItems": 1 }),
+        ValueForm::Named(inner) => named(table(inner)),
+        ValueForm::Free(inner) => named(self::form(inner)),
     }
 }
 

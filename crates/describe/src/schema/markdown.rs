@@ -2,14 +2,14 @@
 
 use super::check::formula_unit;
 use super::json::quantity_text;
-use super::{Form, Key, Table, Unstated};
+use super::{Key, KeyTable, Unstated, ValueForm};
 use coldplate_base::error::{Error, Result};
 use coldplate_base::units::Dimension;
 
 /// The line that ends a list of keys in a page.
 const END: &str = "<!-- end of keys -->";
 
-impl Table {
+impl KeyTable {
     /// The keys of this table with their forms, their defaults and a line each, as a Markdown table.
     pub fn to_markdown(&self) -> String {
         let mut lines = vec!["| key | holds | default | meaning |".to_string(), "|---|---|---|---|".to_string()];
@@ -19,7 +19,7 @@ impl Table {
 
     /// The table of a dotted name, with `*` for names of the user's choice: `contact.*.rough`; `file` is this table
     /// itself.
-    pub fn table(&self, path: &str) -> Option<&Table> {
+    pub fn table(&self, path: &str) -> Option<&KeyTable> {
         if path == "file" {
             return Some(self);
         }
@@ -51,7 +51,7 @@ impl Table {
         Ok(filled)
     }
 
-    /// The dotted names of all tables below this one, in order, for [`Table::table`].
+    /// The dotted names of all tables below this one, in order, for [`KeyTable::table`].
     pub fn tables(&self) -> Vec<String> {
         let mut found = Vec::new();
         for key in self.keys() {
@@ -64,17 +64,17 @@ impl Table {
     }
 }
 
-fn inner_table(form: &Form) -> Option<&'static Table> {
+fn inner_table(form: &ValueForm) -> Option<&'static KeyTable> {
     match form {
-        Form::Table(table) | Form::Tables(table) | Form::Named(table) => Some(table),
-        Form::Free(inner) => inner_table(inner),
-        Form::Either(forms) => forms.iter().find_map(inner_table),
+        ValueForm::Table(table) | ValueForm::Tables(table) | ValueForm::Named(table) => Some(table),
+        ValueForm::Free(inner) => inner_table(inner),
+        ValueForm::Either(forms) => forms.iter().find_map(inner_table),
         _ => None,
     }
 }
 
-fn is_named(form: &Form) -> bool {
-    matches!(form, Form::Named(_) | Form::Free(_))
+fn is_named(form: &ValueForm) -> bool {
+    matches!(form, ValueForm::Named(_) | ValueForm::Free(_))
 }
 
 fn row(key: &Key) -> String {
@@ -95,25 +95,25 @@ fn row(key: &Key) -> String {
 }
 
 /// A form in a few words.
-fn holds(form: &Form) -> String {
+fn holds(form: &ValueForm) -> String {
     match form {
-        Form::Text => "text".into(),
-        Form::Name(what) => what.to_string(),
-        Form::Flag => "true, false".into(),
-        Form::True => "true".into(),
-        Form::Whole(_) => "whole number".into(),
-        Form::Number => "number".into(),
-        Form::Quantity(unit) => unit.name.into(),
-        Form::AnyQuantity => "quantity".into(),
-        Form::Formula(unit) => format!("formula, {}", formula_unit(*unit)),
-        Form::Word(words) => words.iter().map(|word| format!("`\"{word}\"`")).collect::<Vec<_>>().join(", "),
-        Form::List(inner, Some(count)) => format!("{count} × {}", holds(inner)),
-        Form::List(inner, None) => format!("list of {}", holds(inner)),
-        Form::Curve(x, y) => format!("table {} to {}", x.name, y.name),
-        Form::Nested(what) => format!("lists of {what}s"),
-        Form::Either(forms) => forms.iter().map(holds).collect::<Vec<_>>().join(" or "),
-        Form::Table(_) => "table".into(),
-        Form::Tables(_) => "list of tables".into(),
-        Form::Named(_) | Form::Free(_) => "table of names".into(),
+        ValueForm::Text => "text".into(),
+        ValueForm::Name(what) => what.to_string(),
+        ValueForm::Flag => "true, false".into(),
+        ValueForm::True => "true".into(),
+        ValueForm::Whole(_) => "whole number".into(),
+        ValueForm::Number => "number".into(),
+        ValueForm::Quantity(unit) => unit.name.into(),
+        ValueForm::AnyQuantity => "quantity".into(),
+        ValueForm::Formula(unit) => format!("formula, {}", formula_unit(*unit)),
+        ValueForm::Word(words) => words.iter().map(|word| format!("`\"{word}\"`")).collect::<Vec<_>>().join(", "),
+        ValueForm::List(inner, Some(count)) => format!("{count} × {}", holds(inner)),
+        ValueForm::List(inner, None) => format!("list of {}", holds(inner)),
+        ValueForm::Curve(x, y) => format!("table {} to {}", x.name, y.name),
+        ValueForm::Nested(what) => format!("lists of {what}s"),
+        ValueForm::Either(forms) => forms.iter().map(holds).collect::<Vec<_>>().join(" or "),
+        ValueForm::Table(_) => "table".into(),
+        ValueForm::Tables(_) => "list of tables".into(),
+        ValueForm::Named(_) | ValueForm::Free(_) => "table of names".into(),
     }
 }

@@ -1,12 +1,12 @@
 //! The vocabulary of a schema: form, default and reach of a key of a TOML file, and a line about it.
 //!
-//! A [`Table`] is plain data. Reading ([`Key::read`] and its siblings), the check for unknown keys
-//! ([`Table::check`]), the search by a dotted key ([`Table::find`]), the tables of the documentation
-//! ([`Table::to_markdown`]) and the JSON Schema for editors ([`Table::to_json_schema`]) all come from it.
+//! A [`KeyTable`] is plain data. Reading ([`Key::read`] and its siblings), the check for unknown keys
+//! ([`KeyTable::check`]), the search by a dotted key ([`KeyTable::find`]), the tables of the documentation
+//! ([`KeyTable::to_markdown`]) and the JSON Schema for editors ([`KeyTable::to_json_schema`]) all come from it.
 //! The schema of machine files is [`crate::machine::SCHEMA`].
 //!
 //! ```
-//! use crate::machine::SCHEMA;
+//! use coldplate_describe::machine::SCHEMA;
 //! let found = SCHEMA.find(&["chamber", "pressure"]).unwrap();
 //! assert_eq!(found.key.default_toml().as_deref(), Some("\"0.0 Pa\""));
 //! assert!(SCHEMA.find(&["contact", "motor", "conductence"]).is_none());
@@ -21,7 +21,7 @@ use coldplate_base::units::{self, Dimension};
 
 /// One table of a file: its possible keys.
 #[derive(Debug, Clone, Copy)]
-pub struct Table {
+pub struct KeyTable {
     /// One line about the table.
     pub doc: &'static str,
     /// Keys of the table, in groups that several tables may share.
@@ -36,7 +36,7 @@ pub struct Key {
     /// Name of the key.
     pub name: &'static str,
     /// Form of the value.
-    pub form: Form,
+    pub form: ValueForm,
     /// Default of the key.
     pub default: Unstated,
     /// Whether the key must be given.
@@ -44,7 +44,7 @@ pub struct Key {
     /// Whether the number must be larger than zero.
     pub is_positive: bool,
     /// Reach of a change of the value.
-    pub reach: Reach,
+    pub reach: ChangeReach,
     /// Whether the key is among the parameters that users ask about first.
     pub is_usual: bool,
     /// Other names that people use for the key, for "did you mean".
@@ -55,7 +55,7 @@ pub struct Key {
 
 /// Form of a value.
 #[derive(Debug, Clone, Copy)]
-pub enum Form {
+pub enum ValueForm {
     /// Text.
     Text,
     /// The name of something in the file: of a part, a face, a sensor.
@@ -77,21 +77,21 @@ pub enum Form {
     /// One of these words.
     Word(&'static [&'static str]),
     /// A list of entries of one form, with a fixed number of entries if one is stated.
-    List(&'static Form, Option<usize>),
+    List(&'static ValueForm, Option<usize>),
     /// Pairs `[[x, y], ...]` with ascending x.
     Curve(Unit, Unit),
     /// A name, or a list of names, nested to any depth.
     Nested(&'static str),
     /// Any of these forms.
-    Either(&'static [Form]),
+    Either(&'static [ValueForm]),
     /// A table.
-    Table(&'static Table),
+    Table(&'static KeyTable),
     /// Tables under names of the user's choice: `[part.bed]`, `[part.beam]`.
-    Named(&'static Table),
+    Named(&'static KeyTable),
     /// A list of tables.
-    Tables(&'static Table),
+    Tables(&'static KeyTable),
     /// A table whose entries have names of the user's choice and this form.
-    Free(&'static Form),
+    Free(&'static ValueForm),
 }
 
 /// A dimension with the unit its values are shown in.
@@ -122,7 +122,7 @@ pub enum Unstated {
 
 /// Reach of a change of a key. Stages of the computation before it stay unchanged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Reach {
+pub enum ChangeReach {
     /// The geometry, and with it the cells.
     Mesh,
     /// Conductors, capacities, surfaces.
@@ -141,11 +141,11 @@ pub enum Reach {
 
 /// A key found by its dotted name, and the form expected there.
 #[derive(Debug, Clone, Copy)]
-pub struct Found {
+pub struct FoundKey {
     /// The key; for an entry with a name of the user's choice, the key of the table around it.
     pub key: &'static Key,
     /// Form of the value.
-    pub form: Form,
+    pub form: ValueForm,
 }
 
 impl Unit {
@@ -157,14 +157,14 @@ impl Unit {
 
 impl Key {
     /// An optional key without default, whose changes reach the network.
-    pub const fn new(name: &'static str, form: Form, doc: &'static str) -> Self {
+    pub const fn new(name: &'static str, form: ValueForm, doc: &'static str) -> Self {
         Self {
             name,
             form,
             default: Unstated::Nothing,
             is_required: false,
             is_positive: false,
-            reach: Reach::Network,
+            reach: ChangeReach::Network,
             is_usual: false,
             also: &[],
             doc,
@@ -190,7 +190,7 @@ impl Key {
     }
 
     /// Sets the reach.
-    pub const fn reaching(mut self, reach: Reach) -> Self {
+    pub const fn reaching(mut self, reach: ChangeReach) -> Self {
         self.reach = reach;
         self
     }
@@ -222,12 +222,12 @@ impl Key {
     }
 }
 
-impl Form {
+impl ValueForm {
     /// The unit of a quantity or a formula, if one of the forms is one.
     pub fn unit(&self) -> Option<Unit> {
         match self {
             Self::Quantity(unit) | Self::Formula(unit) => Some(*unit),
-            Self::Either(forms) => forms.iter().find_map(Form::unit),
+            Self::Either(forms) => forms.iter().find_map(ValueForm::unit),
             _ => None,
         }
     }
@@ -236,7 +236,7 @@ impl Form {
     pub fn formula(&self) -> Option<Unit> {
         match self {
             Self::Formula(unit) => Some(*unit),
-            Self::Either(forms) => forms.iter().find_map(Form::formula),
+            Self::Either(forms) => forms.iter().find_map(ValueForm::formula),
             _ => None,
         }
     }
@@ -245,7 +245,7 @@ impl Form {
     pub fn has_curve(&self) -> bool {
         match self {
             Self::Curve(..) => true,
-            Self::Either(forms) => forms.iter().any(Form::has_curve),
+            Self::Either(forms) => forms.iter().any(ValueForm::has_curve),
             _ => false,
         }
     }
@@ -269,7 +269,7 @@ impl Form {
     }
 }
 
-impl Table {
+impl KeyTable {
     /// All keys in order.
     pub fn keys(&self) -> impl Iterator<Item = &'static Key> + use<> {
         self.keys.iter().flat_map(|group| group.iter())
@@ -281,7 +281,7 @@ impl Table {
     }
 
     /// The key that a dotted key leads to; numbers of list entries are left out of `names`.
-    pub fn find(&self, names: &[&str]) -> Option<Found> {
+    pub fn find(&self, names: &[&str]) -> Option<FoundKey> {
         let (name, rest) = names.split_first()?;
         let key = self.key(name)?;
         inside(key, key.form, rest)
@@ -296,33 +296,33 @@ impl Table {
     }
 }
 
-fn inside(key: &'static Key, form: Form, names: &[&str]) -> Option<Found> {
-    let Some((_, rest)) = names.split_first() else { return Some(Found { key, form }) };
+fn inside(key: &'static Key, form: ValueForm, names: &[&str]) -> Option<FoundKey> {
+    let Some((_, rest)) = names.split_first() else { return Some(FoundKey { key, form }) };
     match form {
-        Form::Table(table) | Form::Tables(table) => table.find(names),
-        Form::Named(table) if rest.is_empty() => Some(Found { key, form: Form::Table(table) }),
-        Form::Named(table) => table.find(rest),
-        Form::Free(inner) => inside(key, *inner, rest),
-        Form::Either(forms) => forms.iter().find_map(|form| inside(key, *form, names)),
+        ValueForm::Table(table) | ValueForm::Tables(table) => table.find(names),
+        ValueForm::Named(table) if rest.is_empty() => Some(FoundKey { key, form: ValueForm::Table(table) }),
+        ValueForm::Named(table) => table.find(rest),
+        ValueForm::Free(inner) => inside(key, *inner, rest),
+        ValueForm::Either(forms) => forms.iter().find_map(|form| inside(key, *form, names)),
         _ => None,
     }
 }
 
-fn collect(table: &Table, path: &str, found: &mut Vec<(String, &'static Key)>) {
+fn collect(table: &KeyTable, path: &str, found: &mut Vec<(String, &'static Key)>) {
     for key in table.keys() {
         let here = if path.is_empty() { key.name.to_string() } else { format!("{path}.{}", key.name) };
         collect_form(key, &key.form, here, found);
     }
 }
 
-fn collect_form(key: &'static Key, form: &Form, path: String, found: &mut Vec<(String, &'static Key)>) {
+fn collect_form(key: &'static Key, form: &ValueForm, path: String, found: &mut Vec<(String, &'static Key)>) {
     match form {
-        Form::Table(table) | Form::Tables(table) => collect(table, &path, found),
-        Form::Named(table) => collect(table, &format!("{path}.*"), found),
-        Form::Free(inner) => collect_form(key, inner, format!("{path}.*"), found),
-        Form::Either(forms) => {
+        ValueForm::Table(table) | ValueForm::Tables(table) => collect(table, &path, found),
+        ValueForm::Named(table) => collect(table, &format!("{path}.*"), found),
+        ValueForm::Free(inner) => collect_form(key, inner, format!("{path}.*"), found),
+        ValueForm::Either(forms) => {
             found.push((path.clone(), key));
-            for form in forms.iter().filter(|f| matches!(f, Form::Table(_) | Form::Tables(_) | Form::Named(_))) {
+            for form in forms.iter().filter(|f| matches!(f, ValueForm::Table(_) | ValueForm::Tables(_) | ValueForm::Named(_))) {
                 collect_form(key, form, path.clone(), found);
             }
         }

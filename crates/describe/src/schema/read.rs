@@ -1,6 +1,6 @@
 //! Reading of values by the schema, with its defaults.
 
-use super::{Form, Key, Unstated};
+use super::{Key, Unstated, ValueForm};
 use coldplate_base::document::Section;
 use coldplate_base::error::Result;
 use coldplate_base::units::Dimension;
@@ -23,7 +23,7 @@ impl Key {
     /// # Errors
     /// The value is no whole number or too small; it is not given and has no default.
     pub fn read_whole(&self, section: &Section<'_>) -> Result<usize> {
-        let least = if let Form::Whole(least) = self.form { least } else { 0 };
+        let least = if let ValueForm::Whole(least) = self.form { least } else { 0 };
         match (section.has(self.name), self.default) {
             (false, Unstated::Whole(default)) => Ok(default),
             _ => section.integer(self.name, least),
@@ -46,7 +46,7 @@ impl Key {
     /// # Errors
     /// The value is none of the words; it is not given and has no default.
     pub fn read_word(&self, section: &Section<'_>) -> Result<usize> {
-        let words = if let Form::Word(words) = self.form { words } else { &[] };
+        let words = if let ValueForm::Word(words) = self.form { words } else { &[] };
         match (section.has(self.name), self.default) {
             (false, Unstated::Text(default)) if words.contains(&default) => Ok(words.iter().position(|w| *w == default).unwrap_or(0)),
             _ => section.choice(self.name, words),

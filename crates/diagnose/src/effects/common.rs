@@ -4,7 +4,8 @@
 use super::words::Quantity;
 use super::{Contact, Effect, Family, Flow, Heat, Hypothesis, Law, Linearised, Lines, MachineEdit, Radiation, Site, Told};
 use coldplate_base::error::Result;
-use coldplate_solve::sensitivity::{Disturbance, Study};
+use coldplate_solve::sensitivity::Disturbance;
+use coldplate_solve::study::Study;
 
 /// A common factor or offset as a cause.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]

@@ -5,7 +5,8 @@ use super::words::Quantity;
 use super::{Family, Hypothesis, Law, Linearised, Lines, MachineEdit, Site, Told};
 use coldplate_base::error::Result;
 use coldplate_base::document::{Leaf, quoted};
-use coldplate_solve::sensitivity::{Disturbance, Study};
+use coldplate_solve::sensitivity::Disturbance;
+use coldplate_solve::study::Study;
 use coldplate_base::units;
 
 /// Temperature at which a drifting contact conducts as stated, K.

@@ -7,7 +7,8 @@ use rayon::prelude::*;
 
 use super::ground::{Ground, PathFields, Shares};
 use super::{Effect, Hypothesis, Linearised, Prepared, UserKind};
-use coldplate_solve::sensitivity::{Derivatives, Disturbance, Screen, Study};
+use coldplate_solve::sensitivity::{Derivatives, Disturbance, Screen};
+use coldplate_solve::study::Study;
 
 /// What effects do to the residual at a state, per unit of amplitude.
 pub struct Disturbances {

@@ -3,12 +3,13 @@
 use super::law::{Law, nine_digits};
 use super::scales::Scales;
 use super::{Hypothesis, UserKind};
+use coldplate_base::condition::AMBIENT_TEMPERATURE;
 use coldplate_base::document::Leaf;
 use coldplate_base::error::Result;
 use coldplate_base::units::ZERO_CELSIUS;
 use coldplate_describe::machine::Machine;
 use coldplate_network::Network;
-use coldplate_solve::sensitivity::Study;
+use coldplate_solve::study::Study;
 
 /// Name of what an extended machine file adds.
 const ADDED: &str = "diagnosed";
@@ -102,7 +103,7 @@ impl MachineEdit<'_> {
     /// The file cannot be read.
     pub fn surroundings(&self) -> Result<String> {
         let own = self.study.document().leaf("chamber.temperature")?;
-        Ok(own.map_or_else(|| text("ambient_temperature"), |leaf| leaf.to_toml()))
+        Ok(own.map_or_else(|| text(AMBIENT_TEMPERATURE), |leaf| leaf.to_toml()))
     }
 }
 

@@ -4,12 +4,14 @@ use super::file::text;
 use super::law::nine_digits;
 use super::words::Quantity;
 use super::{CommonFactor, Family, Hypothesis, Law, Linearised, Lines, MachineEdit, Prepared, Site, Told, UserKind, along};
+use coldplate_base::condition::{COOLANT_FLOW, COOLANT_TEMPERATURE};
 use coldplate_describe::machine::{BoundaryLaw, Condition, Machine};
 use coldplate_network::stream::members;
 use coldplate_network::{Load, Network};
 use coldplate_base::error::Result;
 use coldplate_base::document::{Leaf, quoted};
-use coldplate_solve::sensitivity::{Disturbance, Study};
+use coldplate_solve::sensitivity::Disturbance;
+use coldplate_solve::study::Study;
 use coldplate_base::units;
 
 /// Scale after years of hard water, m² K/W.
@@ -94,13 +96,13 @@ impl Family for Flow {
             }
             Self::Rate(c) if edit.when().is_some() => {
                 let key = circuit(c, "flow");
-                let now = edit.study.document().leaf(&key)?.unwrap_or_else(|| Leaf::Text("coolant_flow".into()));
+                let now = edit.study.document().leaf(&key)?.unwrap_or_else(|| Leaf::Text(COOLANT_FLOW.into()));
                 Ok(multiplied(&now, machine, &format!("exp(({:?}) * ({}))", edit.amplitude, edit.law()))?.map(|value| vec![(key, value)]))
             }
             Self::Rate(c) => edit.scaled(&circuit(c, "flow"), edit.amplitude.exp()),
             Self::Inlet(c) | Self::Line(c) => {
                 let key = circuit(c, "inlet_temperature");
-                let now = edit.study.document().leaf(&key)?.unwrap_or_else(|| Leaf::Text("coolant_temperature".into()));
+                let now = edit.study.document().leaf(&key)?.unwrap_or_else(|| Leaf::Text(COOLANT_TEMPERATURE.into()));
                 Ok(warmer(&now, machine, &format!("({:?}) * ({})", edit.amplitude, edit.law()))?.map(|value| vec![(key, value)]))
             }
             Self::BoundaryFilm(b) if edit.when().is_some() => {

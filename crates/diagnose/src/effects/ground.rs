@@ -8,7 +8,7 @@ use super::file::{conductor, text};
 use coldplate_base::document::quoted;
 use coldplate_network::{FaceNode, Joint};
 use coldplate_physics::radiation::SIGMA;
-use coldplate_solve::sensitivity::Study;
+use coldplate_solve::study::Study;
 
 /// Nodes with their shares, which sum to one.
 pub type Shares = Vec<(u32, f64)>;

@@ -6,13 +6,14 @@ use super::file::{conductor, text};
 use super::ground::PathLaw;
 use super::words::Quantity;
 use super::{Family, Group, Hypothesis, Law, Linearised, Lines, MachineEdit, Prepared, Site, Told, UserKind};
-use coldplate_describe::machine::{Block, Machine, Shape};
+use coldplate_describe::machine::{PartBlock, Machine, BlockShape};
 use coldplate_network::{FREE, Surface};
 use coldplate_base::error::Result;
 use coldplate_base::document::quoted;
 use coldplate_physics::convection::{self, FreeConvection, Gas};
 use coldplate_physics::radiation::SIGMA;
-use coldplate_solve::sensitivity::{Disturbance, Study};
+use coldplate_solve::sensitivity::Disturbance;
+use coldplate_solve::study::Study;
 
 /// Film of free convection and radiation in a room, W/(m² K).
 const ROOM_FILM: f64 = 5.0;
@@ -21,7 +22,7 @@ const ROOM_AREA: f64 = 0.02;
 /// Height of the plate that stands for a lumped node in a room, m.
 const HEIGHT: f64 = 0.1;
 /// The plate itself.
-const PLATE: FreeConvection = FreeConvection { shape: convection::Shape::VerticalPlate, length: HEIGHT, gas: Gas::Air, pressure: 101_325.0 };
+const PLATE: FreeConvection = FreeConvection { shape: convection::BodyShape::VerticalPlate, length: HEIGHT, gas: Gas::Air, pressure: 101_325.0 };
 
 /// Paths for heat.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -183,11 +184,11 @@ fn film(machine: &Machine, part: usize, film: f64, fluid: &str) -> String {
 /// The faces of a part's blocks that look outwards, as the machine file writes them; none for imported meshes.
 fn outer_faces(machine: &Machine, part: usize) -> Vec<String> {
     let part = &machine.parts[part];
-    let of_block = |(i, block): (usize, &Block)| -> Vec<String> {
+    let of_block = |(i, block): (usize, &PartBlock)| -> Vec<String> {
         let sides: &[&str] = match &block.shape {
-            Shape::Box { .. } => &["-x", "+x", "-y", "+y", "-z", "+z"],
-            Shape::Cylinder { .. } => &["outer", "start", "end"],
-            Shape::Sphere { .. } => &["outer"],
+            BlockShape::Box { .. } => &["-x", "+x", "-y", "+y", "-z", "+z"],
+            BlockShape::Cylinder { .. } => &["outer", "start", "end"],
+            BlockShape::Sphere { .. } => &["outer"],
         };
         let number = if part.blocks.len() > 1 { format!("[{}]", i + 1) } else { String::new() };
         sides.iter().map(|side| format!("{}{number}.{side}", part.name)).collect()

@@ -7,7 +7,8 @@ use coldplate_describe::machine::{Machine, Property};
 use coldplate_network::Network;
 use coldplate_base::error::Result;
 use coldplate_base::document::quoted;
-use coldplate_solve::sensitivity::{Disturbance, Study};
+use coldplate_solve::sensitivity::Disturbance;
+use coldplate_solve::study::Study;
 use coldplate_base::units::ZERO_CELSIUS;
 
 /// How far a handbook's conductivity is usually off, logarithm: alloys of one name differ by a third.

@@ -4,7 +4,7 @@
 //! network or to the readings ([`Disturbance`], for the screen), the lines of the machine file that make them so (for the fit
 //! and the extended machine), and the words they are told in. The rest of the diagnosis speaks to [`Effect`] and
 //! [`Hypothesis`] alone. A new family is a file here and a line in the list below; a new effect of a family is an entry in
-//! that family's file. `tests/diagnose/derivatives.rs` compares every derivative with the lines of the same effect.
+//! that family's file. `tests/it/diagnose/derivatives.rs` compares every derivative with the lines of the same effect.
 
 mod derivative;
 mod file;
@@ -21,7 +21,8 @@ use coldplate_base::error::Result;
 use coldplate_describe::machine::Machine;
 use coldplate_evidence::measurement::Data;
 use coldplate_network::{Load, Network, Surface};
-use coldplate_solve::sensitivity::{Derivatives, Disturbance, Screen, Study, Variation};
+use coldplate_solve::sensitivity::{Derivatives, Disturbance, Screen, Variation};
+use coldplate_solve::study::Study;
 
 use super::Discrepancy;
 pub use derivative::{Change, Disturbances, EffectDerivatives};

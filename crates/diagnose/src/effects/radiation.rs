@@ -9,7 +9,8 @@ use coldplate_network::Load;
 use coldplate_base::error::Result;
 use coldplate_base::document::quoted;
 use coldplate_physics::{gas, radiation::SIGMA};
-use coldplate_solve::sensitivity::{Disturbance, Study};
+use coldplate_solve::sensitivity::Disturbance;
+use coldplate_solve::study::Study;
 
 /// Pressure over which the film of residual gas is followed, Pa: it saturates where molecules meet before they cross to the wall.
 const GAS: f64 = 1.0;

@@ -2,10 +2,11 @@
 
 use super::law::{EXPONENTS, Form, HUNDREDTHS, Law, LawNumber, ONSET, PARTS, nine_digits};
 use crate::when::{FALLEN, TEST_NUMBER};
+use coldplate_base::condition;
 use coldplate_base::numbers::{TWO_SIDED_90, significant};
 use coldplate_base::units;
-use coldplate_describe::machine::{Condition, Machine, Variable};
-use coldplate_evidence::measurement::{Data, Row, TIME};
+use coldplate_describe::machine::{Condition, DescribedVariable, Machine};
+use coldplate_evidence::measurement::{Data, ReadingRow, TIME};
 
 /// Between exponents that are tried first, in hundredths.
 const EXPONENTS_APART: u16 = 25;
@@ -59,7 +60,7 @@ impl Count {
 
     /// Whether another variable has fallen.
     fn of_falling(variable: usize, of: &str, data: &Data) -> Option<Self> {
-        let fallen = |row: &&Row| row.condition.si()[variable] > 0.5;
+        let fallen = |row: &&ReadingRow| row.condition.si()[variable] > 0.5;
         let (falling, all) = (data.rows.iter().filter(fallen).count(), data.rows.len());
         let shown = of.replace('_', " ");
         let values = vec![(0, format!("{shown} has risen"), all - falling), (1, format!("{shown} has fallen"), falling)];
@@ -112,7 +113,7 @@ struct VariableScale {
 }
 
 impl VariableScale {
-    fn of(variable: &Variable, si: impl Iterator<Item = f64>) -> Self {
+    fn of(variable: &DescribedVariable, si: impl Iterator<Item = f64>) -> Self {
         let (name, unit) = variable.in_expressions();
         let per_unit = if variable.dimension.is_absolute() { 1.0 } else { units::convert(1.0, &unit, variable.dimension).unwrap_or(1.0) };
         let mut values: Vec<f64> = si.map(|si| si / per_unit).collect();
@@ -205,17 +206,15 @@ const MOST_LEVELS: usize = 6;
 const LEAST_ROWS: usize = 2;
 /// Width of a threshold as written, as a share of the step between two levels.
 const SHARP: f64 = 1e-3;
-/// Variables of every machine.
-const FOUR: [&str; 4] = ["coolant_flow", "coolant_temperature", "motor_speed", "ambient_temperature"];
 
 impl Scales {
     /// Of a data set.
     pub fn of(data: &Data, machine: &Machine) -> Self {
         let at = |name: &str| machine.variables.iter().position(|v| v.name == name);
-        let (speed_at, flow_at) = (at("motor_speed"), at("coolant_flow"));
+        let (speed_at, flow_at) = (at(condition::MOTOR_SPEED), at(condition::COOLANT_FLOW));
         let time_at = at(TIME).filter(|_| data.is_transient());
         let tests = at(TEST_NUMBER).and_then(|v| Count::of_tests(v, data));
-        let fallen = |(v, own): (usize, &Variable)| Count::of_falling(v, own.name.strip_suffix(FALLEN)?, data);
+        let fallen = |(v, own): (usize, &DescribedVariable)| Count::of_falling(v, own.name.strip_suffix(FALLEN)?, data);
         let counts = tests.into_iter().chain(machine.variables.iter().enumerate().filter_map(fallen)).collect();
         let values = |v: usize| data.rows.iter().map(move |r| r.condition.si()[v]);
         let variables: Vec<VariableScale> =
@@ -235,11 +234,11 @@ impl Scales {
 
     /// Laws by the machine's own variables that vary in the data, and thresholds in any but temperatures.
     pub fn laws(&self, machine: &Machine) -> Vec<Law> {
-        let of = |(v, (variable, own)): (usize, (&Variable, &VariableScale))| -> Vec<Law> {
+        let of = |(v, (variable, own)): (usize, (&DescribedVariable, &VariableScale))| -> Vec<Law> {
             if variable.dimension.is_absolute() || !own.varies() || self.says_when(v) {
                 return Vec::new();
             }
-            own.forms(!FOUR.contains(&variable.name.as_str())).into_iter().map(|form| Law::Of(v, form)).collect()
+            own.forms(!condition::NAMES.contains(&variable.name.as_str())).into_iter().map(|form| Law::Of(v, form)).collect()
         };
         machine.variables.iter().zip(&self.variables).enumerate().flat_map(of).collect()
     }
@@ -275,8 +274,8 @@ impl Scales {
     /// Powers of the motor speed and of the machine's own variables that vary, on a grid of exponents, which stand for those between
     /// them.
     pub fn powers(&self, machine: &Machine) -> Vec<Law> {
-        let has_powers = |(v, (variable, own)): &(usize, (&Variable, &VariableScale))| {
-            let is_own = self.speed_at == Some(*v) || !FOUR.contains(&variable.name.as_str());
+        let has_powers = |(v, (variable, own)): &(usize, (&DescribedVariable, &VariableScale))| {
+            let is_own = self.speed_at == Some(*v) || !condition::NAMES.contains(&variable.name.as_str());
             is_own && !self.says_when(*v) && !variable.dimension.is_absolute() && own.varies() && own.least >= 0.0
         };
         let of = |(v, _)| EXPONENTS.step_by(EXPONENTS_APART.into()).map(move |n| Law::Of(v, Form::Power(n)));

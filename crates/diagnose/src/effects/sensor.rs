@@ -6,11 +6,12 @@ use super::file::text;
 use super::law::{Form, nine_digits};
 use super::words::Quantity;
 use super::{Family, Hypothesis, Law, Linearised, Lines, MachineEdit, Site, Told};
-use coldplate_describe::machine::{Machine, SensorResponse, Shown};
+use coldplate_describe::machine::{Machine, SensorResponse, ShownTemperature};
 use coldplate_base::error::Result;
-use coldplate_evidence::measurement::{Data, Row, whiten};
+use coldplate_evidence::measurement::{Data, ReadingRow, whiten};
 use coldplate_base::document::{Document, Leaf, quoted};
-use coldplate_solve::sensitivity::{Disturbance, Study};
+use coldplate_solve::sensitivity::Disturbance;
+use coldplate_solve::study::Study;
 use coldplate_base::units::Measurand;
 
 /// Errors of sensors, by their columns in the data.
@@ -178,12 +179,12 @@ impl Sensor {
             }
             Self::Lag(k) => {
                 // First-order lag behind the predicted course, which runs straight between the rows of each test.
-                let mut last: BTreeMap<&str, Shown> = BTreeMap::new();
+                let mut last: BTreeMap<&str, ShownTemperature> = BTreeMap::new();
                 for (i, (r, _)) in own(k) {
                     let row = &data.rows[*r];
                     let (time, told) = (row.time.unwrap_or(0.0), predicted[i]);
                     let before = last.get(row.test.as_str());
-                    let now = before.map_or(Shown::settled(time, told), |before| before.followed(time, told, amplitude));
+                    let now = before.map_or(ShownTemperature::settled(time, told), |before| before.followed(time, told, amplitude));
                     last.insert(&row.test, now);
                     found[i] = now.shown;
                 }
@@ -223,7 +224,7 @@ fn renamed(leaf: &Leaf, [a, b]: [&str; 2]) -> Leaf {
 fn at_rows(law: Law, data: &Data, amplitude: f64) -> Vec<f64> {
     let times = || data.rows.iter().map(|row| row.time.unwrap_or(0.0));
     let (first, last) = times().fold((f64::INFINITY, f64::NEG_INFINITY), |(first, last), t| (first.min(t), last.max(t)));
-    let factor = |(row, time): (&Row, f64)| match law {
+    let factor = |(row, time): (&ReadingRow, f64)| match law {
         Law::Of(v, form @ (Form::At(_) | Form::From(_))) => form.at_count(row.condition.si()[v]).unwrap_or(1.0),
         _ => law.at_share_of_time((time - first) / (last - first).max(f64::MIN_POSITIVE)),
     };

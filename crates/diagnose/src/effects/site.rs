@@ -3,10 +3,11 @@
 use super::UserKind;
 use super::law::Law;
 use super::scales::Scales;
+use coldplate_base::condition::{COOLANT_FLOW, MOTOR_SPEED};
 use coldplate_describe::machine::{Machine, Place};
 use coldplate_evidence::measurement::Data;
 use coldplate_network::{Load, Network};
-use coldplate_solve::sensitivity::Study;
+use coldplate_solve::study::Study;
 
 /// Where candidates are looked for.
 pub struct Site<'a> {
@@ -40,10 +41,10 @@ impl<'a> Site<'a> {
         let scales = Scales::of(data, machine);
         let varies = |name: &str| machine.variables.iter().position(|v| v.name == name).is_some_and(|v| scales.varies(v));
         let mut laws = vec![Law::Constant];
-        if varies("motor_speed") {
+        if varies(MOTOR_SPEED) {
             laws.extend([Law::Speed, Law::SpeedSquared]);
         }
-        let flow_varies = varies("coolant_flow");
+        let flow_varies = varies(COOLANT_FLOW);
         laws.extend(scales.laws(machine));
         let is_free =
             |g: usize| (0..network.solids).any(|n| network.group[n] == g as u32 && !network.fixed.iter().any(|(f, _)| *f as usize == n));

@@ -6,7 +6,8 @@ use super::{Family, Hypothesis, Law, Linearised, Lines, MachineEdit, Prepared, S
 use coldplate_network::Load;
 use coldplate_base::error::Result;
 use coldplate_base::document::quoted;
-use coldplate_solve::sensitivity::{Disturbance, Study};
+use coldplate_solve::sensitivity::Disturbance;
+use coldplate_solve::study::Study;
 
 /// Name of the source that a derivative is prepared with.
 const PROBE: &str = "kind of the user's own";

@@ -14,7 +14,7 @@ use super::predictor::Predictor;
 use super::{Explanation, Problem, Verdict};
 use coldplate_base::error::Result;
 use coldplate_describe::machine::Condition;
-use coldplate_solve::sensitivity::Study;
+use coldplate_solve::study::Study;
 use outlook::Outlook;
 use proposed::Proposed;
 use worth::Stakes;

@@ -2,7 +2,7 @@
 
 use crate::{Effect, Hypothesis, Problem, hypotheses};
 use coldplate_describe::machine::Condition;
-use coldplate_evidence::measurement::{Data, Row, Whitener};
+use coldplate_evidence::measurement::{Data, ReadingRow, Whitener};
 
 /// What a test would show of the explanations, reading by reading, K.
 #[derive(Debug, Clone)]
@@ -56,7 +56,7 @@ pub(super) fn all_sensors(problem: &Problem, rows: impl Iterator<Item = (String,
     let machine = &problem.study.model.machine;
     let sensors: Vec<usize> = (0..machine.sensors.len()).collect();
     let names = machine.sensors.iter().map(|s| s.name.clone()).collect();
-    let row = |(test, time, condition): (String, Option<f64>, Condition)| Row {
+    let row = |(test, time, condition): (String, Option<f64>, Condition)| ReadingRow {
         test,
         time,
         condition,

@@ -3,7 +3,7 @@
 use crate::{Explanation, Problem};
 use coldplate_base::document::{Leaf, quoted};
 use coldplate_base::error::Result;
-use coldplate_describe::machine::Reading;
+use coldplate_describe::machine::SensorReading;
 
 /// Most sensors that are proposed.
 const MOST: usize = 6;
@@ -45,7 +45,7 @@ fn proposals(problem: &Problem, alive: &[&Explanation]) -> Vec<Proposed> {
     let parts: Vec<&String> = alive.iter().flat_map(|e| e.causes.iter().flat_map(|c| &c.hypothesis.parts)).collect();
     let places: Vec<&String> = alive.iter().flat_map(|e| e.causes.iter().map(|c| &c.hypothesis.place)).collect();
     for (c, channel) in machine.channels.iter().enumerate() {
-        let is_measured = machine.sensors.iter().any(|s| s.reads == Reading::Outlet(c));
+        let is_measured = machine.sensors.iter().any(|s| s.reads == SensorReading::Outlet(c));
         let is_meant = places.contains(&&channel.name) || parts.contains(&&machine.parts[channel.part].name);
         if !is_measured && (is_meant || machine.channels.len() <= 2) {
             add(format!("water leaving {}", channel.name), "outlet", &channel.name);
@@ -55,9 +55,9 @@ fn proposals(problem: &Problem, alive: &[&Explanation]) -> Vec<Proposed> {
         let own = machine.parts.iter().position(|p| p.name == *part);
         let node = machine.nodes.iter().position(|n| n.name == *part && n.fixed.is_none());
         let is_measured = machine.sensors.iter().any(|s| match (&s.reads, own, node) {
-            (Reading::Point(p, _) | Reading::PartMean(p), Some(own), _) => *p == own,
-            (Reading::FaceMean(face), Some(own), _) => face.part == own,
-            (Reading::Node(n), _, Some(node)) => *n == node,
+            (SensorReading::Point(p, _) | SensorReading::PartMean(p), Some(own), _) => *p == own,
+            (SensorReading::FaceMean(face), Some(own), _) => face.part == own,
+            (SensorReading::Node(n), _, Some(node)) => *n == node,
             _ => false,
         });
         match (own, node) {

@@ -7,13 +7,14 @@ use super::outlook::{Outlook, all_sensors, moved, open_causes};
 use crate::predictor::{Extended, Predictor};
 use crate::view::open_factors;
 use crate::{Cause, Explanation, Hypothesis, Problem, signatures};
+use coldplate_base::condition::{COOLANT_FLOW, MOTOR_SPEED};
 use coldplate_base::document::{Leaf, quoted};
 use coldplate_base::error::{Error, Result};
 use coldplate_describe::machine::Condition;
 use coldplate_evidence::identify;
 use coldplate_explore::simulate::Start;
 use coldplate_network::Load;
-use coldplate_solve::sensitivity::Study;
+use coldplate_solve::study::Study;
 
 /// Explanations that an intervention is solved with.
 const MOST: usize = 4;
@@ -139,7 +140,7 @@ pub(super) fn trials(predictor: &Predictor<'_>, problem: &Problem, alive: &[&Exp
 fn candidates(problem: &Problem, alive: &[&Explanation], base: &Condition) -> Vec<Trial> {
     let (machine, network) = (&problem.study.model.machine, &problem.study.model.network);
     let mut found = Vec::new();
-    for (variable, v) in machine.variables.iter().enumerate().filter(|(_, v)| v.name == "coolant_flow" || v.name == "motor_speed") {
+    for (variable, v) in machine.variables.iter().enumerate().filter(|(_, v)| v.name == COOLANT_FLOW || v.name == MOTOR_SPEED) {
         let Some((low, high)) = v.range else { continue };
         let now = base.si()[variable];
         let to = if high - now > now - low { high } else { low };

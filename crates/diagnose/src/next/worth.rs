@@ -74,7 +74,7 @@ impl Stakes {
         let least = |readings: &[f64]| -> DVector<f64> {
             let at = |(c, condition): (usize, &Condition)| {
                 let row = &readings[c * sensors..(c + 1) * sensors];
-                let margin = |l: &coldplate_describe::machine::Limit| l.maximum - l.kind.value(|s| row[s], |v| condition.si()[v]);
+                let margin = |l: &coldplate_describe::machine::MachineLimit| l.maximum - l.kind.value(|s| row[s], |v| condition.si()[v]);
                 machine.limits.iter().map(margin).fold(f64::INFINITY, f64::min)
             };
             DVector::from_iterator(conditions.len(), conditions.iter().enumerate().map(at))

@@ -13,7 +13,8 @@ use rayon::prelude::*;
 use super::effects::Hypothesis;
 use super::predictor::{Predictor, Solved};
 use coldplate_base::error::Result;
-use coldplate_evidence::discrepancy::Level;
+use coldplate_base::numbers::sum_of_squares;
+use coldplate_evidence::discrepancy::DiscrepancySize;
 use coldplate_evidence::measurement::Whitener;
 
 /// Steps with the same slopes, and how often slopes are renewed.
@@ -57,7 +58,7 @@ pub struct Fitted {
     /// zero without any discrepancy: covariances about different machines are not compared.
     pub deviance: f64,
     /// The discrepancy it was fitted with.
-    pub level: Level,
+    pub level: DiscrepancySize,
 }
 
 impl Fitted {
@@ -88,7 +89,7 @@ pub struct FitData<'a> {
     /// Their whitening.
     pub whitener: &'a Whitener,
     /// The discrepancy it is made with.
-    pub level: Level,
+    pub level: DiscrepancySize,
     /// Logarithm of the determinant of the covariance without any discrepancy, K².
     pub without: f64,
 }
@@ -175,7 +176,7 @@ impl<'a> Fit<'a> {
     /// What it has come to.
     fn fitted(&self, here: Point, covariance: &DMatrix<f64>, slopes: Slopes) -> Fitted {
         let (members, used) = (self.members, &self.used);
-        let misfit = square(&here.residual);
+        let misfit = sum_of_squares(&here.residual);
         let own = members.iter().zip(&self.scales).filter(|(h, _)| !h.is_fixed());
         let scale: f64 = own.map(|(h, s)| s.ln() + (s / h.scale).ln()).sum();
         let deviance = misfit + used.whitener.log_determinant() - used.without + used.level.price();
@@ -222,7 +223,7 @@ impl<'a> Fit<'a> {
         let apart: Vec<f64> = self.used.which.iter().zip(self.used.readings).map(|(i, r)| r - values[*i]).collect();
         let left = self.put_back(apart);
         let residual = self.used.whitener.apply(&left);
-        let cost = square(&residual) + self.prior(&amplitudes);
+        let cost = sum_of_squares(&residual) + self.prior(&amplitudes);
         Point { origin: Origin::here(&amplitudes, &solved), amplitudes, solved, values, left, residual, cost }
     }
 
@@ -241,7 +242,7 @@ impl<'a> Fit<'a> {
         for ((spread, h), amplitude) in self.scales.iter_mut().zip(self.members).zip(&here.amplitudes) {
             *spread = spread.max(h.spread(*amplitude));
         }
-        here.cost = square(&here.residual) + self.prior(&here.amplitudes);
+        here.cost = sum_of_squares(&here.residual) + self.prior(&here.amplitudes);
     }
 
     fn bounded(&self, j: usize, amplitude: f64) -> f64 {
@@ -484,8 +485,4 @@ pub fn first_look(predictor: &Predictor<'_>, begun: &Begun<'_>, used: FitData<'_
     slopes.kelvin[0] = column;
     let covariance = fit.covariance(&slopes.whitened);
     Some(fit.fitted(here, &covariance, slopes))
-}
-
-fn square(v: &[f64]) -> f64 {
-    v.iter().map(|x| x * x).sum()
 }

@@ -6,7 +6,8 @@
 
 use nalgebra::DVector;
 
-use super::{Fit, Fitted, Point, SMALL, Slopes, Solved, square};
+use super::{Fit, Fitted, Point, SMALL, Slopes, Solved};
+use coldplate_base::numbers::sum_of_squares;
 
 /// Runs at most.
 const MOST_RUNS: usize = 7;
@@ -96,7 +97,7 @@ impl Fit<'_> {
     fn mend(&self, slopes: &mut Slopes, from: &Point, to: &Point) {
         let scaled = |j: usize| if self.members[j].is_sensor() { 0.0 } else { (to.amplitudes[j] - from.amplitudes[j]) / self.scales[j] };
         let along: Vec<f64> = (0..self.members.len()).map(scaled).collect();
-        let length = square(&along);
+        let length = sum_of_squares(&along);
         if length == 0.0 {
             return;
         }

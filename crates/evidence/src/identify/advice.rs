@@ -3,12 +3,13 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::Problem;
+use super::IdentifyProblem;
 use super::estimate::Estimate;
 use crate::measurement::Whitener;
 use coldplate_base::error::{Error, Result};
 use coldplate_describe::machine::Condition;
-use coldplate_solve::sensitivity::{Derivatives, Kind, Target, Variation};
+use coldplate_solve::sensitivity::{DerivativeTarget, Derivatives, Variation};
+use coldplate_solve::study::ParameterKind;
 
 /// Most corners of the ranges that are tried, count. Chosen: each costs a steady solve with derivatives.
 const MOST: usize = 32;
@@ -35,13 +36,13 @@ pub struct Advice {
 /// steady state are left out.
 ///
 /// # Errors
-/// Errors of [`Problem::predict`].
-pub fn next_tests(problem: &Problem, estimate: &Estimate, sensors: &[usize]) -> Result<Vec<Advice>> {
+/// Errors of [`IdentifyProblem::predict`].
+pub fn next_tests(problem: &IdentifyProblem, estimate: &Estimate, sensors: &[usize]) -> Result<Vec<Advice>> {
     let study = problem.machine_at(&estimate.values)?;
     let machine = &study.model.machine;
     let names = problem.free.iter().map(|f| &f.parameter.name).chain(machine.variables.iter().map(|v| &v.name));
     let variations = names.map(|name| study.variation(&study.parameter(name)?)).collect::<Result<Vec<Variation>>>()?;
-    let targets: Vec<Target> = sensors.iter().map(|s| Target::Sensor(*s)).collect();
+    let targets: Vec<DerivativeTarget> = sensors.iter().map(|s| DerivativeTarget::Sensor(*s)).collect();
     let deviation: Vec<f64> = sensors.iter().map(|s| own_error(problem, *s)).collect();
     let base = problem.data.rows.first().map(|row| row.condition.clone()).ok_or_else(|| Error::input("there is no reading"))?;
     let solver = study.model.solver(&base)?;
@@ -73,7 +74,7 @@ pub fn next_tests(problem: &Problem, estimate: &Estimate, sensors: &[usize]) -> 
 }
 
 /// Error of a sensor in one reading, K: as stated, or the mean of the other sensors' if it is not in the data.
-fn own_error(problem: &Problem, sensor: usize) -> f64 {
+fn own_error(problem: &IdentifyProblem, sensor: usize) -> f64 {
     let known = problem.data.sensors.iter().position(|s| *s == sensor);
     let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len().max(1) as f64;
     let u = &problem.uncertainty;
@@ -85,7 +86,7 @@ fn own_error(problem: &Problem, sensor: usize) -> f64 {
 }
 
 /// Effect of readings with these slopes (parameters, then conditions) on every interval, and the information they add.
-fn gain(problem: &Problem, estimate: &Estimate, slopes: &[Vec<f64>], deviation: &[f64], condition: &Condition) -> (Vec<f64>, f64) {
+fn gain(problem: &IdentifyProblem, estimate: &Estimate, slopes: &[Vec<f64>], deviation: &[f64], condition: &Condition) -> (Vec<f64>, f64) {
     let (p, n) = (problem.free.len(), slopes.len());
     let errors = problem.uncertainty.at(condition);
     let common: Vec<Vec<f64>> = errors.iter().enumerate().map(|(v, error)| slopes.iter().map(|row| row[p + v] * error).collect()).collect();
@@ -93,7 +94,7 @@ fn gain(problem: &Problem, estimate: &Estimate, slopes: &[Vec<f64>], deviation: 
     let mut jacobian = DMatrix::zeros(n, p);
     for (k, free) in problem.free.iter().enumerate() {
         // In the changed file a factor counts from the value found.
-        let counted = if free.parameter.kind == Kind::Factor { 1.0 / estimate.values[k] } else { 1.0 };
+        let counted = if free.parameter.kind == ParameterKind::Factor { 1.0 / estimate.values[k] } else { 1.0 };
         let scale = counted * if free.is_logarithmic { estimate.values[k] } else { 1.0 };
         // A further test does not inform about a parameter of another test.
         let scale = if free.test.is_none() { scale } else { 0.0 };

@@ -3,9 +3,10 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::learnt::Learnt;
-use super::search::{Point, Search, square};
+use super::search::{Point, Search};
 use crate::measurement::Whitener;
 use crate::sandwich::pseudo_inverse;
+use coldplate_base::numbers::sum_of_squares;
 
 /// Quality of a fit under a covariance.
 pub(super) struct Fit {
@@ -22,7 +23,7 @@ pub(super) fn fit_of(search: &Search<'_>, at: &Point, whitener: &Whitener) -> Fi
     let information = jacobian.transpose() * &jacobian;
     let whole = &information + DMatrix::from_diagonal(&DVector::from_vec(search.prior_information()));
     let covariance = pseudo_inverse(&whole);
-    let misfit = square(&search.residual(&at.prediction, whitener));
+    let misfit = sum_of_squares(&search.residual(&at.prediction, whitener));
     let smooth = (&information * &covariance).trace();
     let freedom = (search.readings.len() as f64 - smooth).round().max(0.0) as usize;
     Fit { information, covariance, misfit, freedom, probability: chi_square_tail(misfit, freedom) }

@@ -4,16 +4,16 @@ use nalgebra::{DMatrix, SymmetricEigen};
 
 use super::ended::{Ended, chi_square_tail, fit_of};
 use super::learnt::{ALLOWED, SensorError, learnt, sensor_errors};
-use super::search::{Point, Search, Stride, square};
-use super::{Free, MeshShare, Pace, Problem};
-use crate::discrepancy::Level;
+use super::search::{Point, Search, Stride};
+use super::{Free, IdentifyProblem, MeshShare, Pace};
+use crate::discrepancy::DiscrepancySize;
 use crate::measurement::{Whitener, whiten};
 use crate::sandwich::pseudo_inverse;
 use coldplate_base::error::{Error, Result};
-use coldplate_base::numbers::TWO_SIDED_95;
+use coldplate_base::numbers::{TWO_SIDED_95, sum_of_squares};
 use coldplate_base::progress::Progress;
 use coldplate_base::random::Random;
-use coldplate_solve::sensitivity::Tables;
+use coldplate_solve::study::StateTables;
 
 /// The covariance is renewed until the estimate moves by less than this share of its standard deviation. Chosen: a smaller one
 /// costs further rounds.
@@ -90,7 +90,7 @@ pub struct Estimate {
     /// Probability of a misfit this large or larger if only the stated errors act.
     pub probability: f64,
     /// Model error learnt if the stated errors do not explain the residual, and the misfit with it.
-    pub model_error: Option<ModelError>,
+    pub model_error: Option<FittedModelError>,
     /// Factor by which the intervals were widened if the misfit is too large even with the model error; 1 otherwise.
     pub widened: f64,
     /// Estimate of each sensor's own error.
@@ -124,9 +124,9 @@ pub struct Estimate {
 
 /// A model error and the misfit with it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ModelError {
+pub struct FittedModelError {
     /// Size of the model error.
-    pub level: Level,
+    pub level: DiscrepancySize,
     /// Whitened misfit with it.
     pub misfit: f64,
     /// Readings less effective parameters.
@@ -142,7 +142,7 @@ pub struct ModelError {
 ///
 /// # Errors
 /// No free parameter, one named twice, or no data; the machine cannot be solved at the start of the search.
-pub fn identify(problem: &Problem, options: &IdentifyOptions, progress: &dyn Progress) -> Result<Estimate> {
+pub fn identify(problem: &IdentifyProblem, options: &IdentifyOptions, progress: &dyn Progress) -> Result<Estimate> {
     found(problem, options, false, progress)
 }
 
@@ -151,19 +151,19 @@ pub fn identify(problem: &Problem, options: &IdentifyOptions, progress: &dyn Pro
 ///
 /// # Errors
 /// Errors of [`identify`].
-pub fn identify_and_learn(problem: &Problem, options: &IdentifyOptions, progress: &dyn Progress) -> Result<Estimate> {
+pub fn identify_and_learn(problem: &IdentifyProblem, options: &IdentifyOptions, progress: &dyn Progress) -> Result<Estimate> {
     found(problem, options, true, progress)
 }
 
-/// Estimate by [`searched`]. Tables are solved on the reduced model, and the end result once in full. If the two differ by more
+/// Estimate by [`searched`]. StateTables are solved on the reduced model, and the end result once in full. If the two differ by more
 /// than [`ACCURACY`], everything is solved in full.
-fn found(problem: &Problem, options: &IdentifyOptions, learns: bool, progress: &dyn Progress) -> Result<Estimate> {
+fn found(problem: &IdentifyProblem, options: &IdentifyOptions, learns: bool, progress: &dyn Progress) -> Result<Estimate> {
     let found = searched(problem, options, learns, progress)?;
-    if problem.study.tables == Tables::InFull || problem.data.is_transient() {
+    if problem.study.tables == StateTables::InFull || problem.data.is_transient() {
         return Ok(found);
     }
-    let study = problem.study.clone().with_tables(Tables::InFull);
-    let in_full = Problem { study, ..problem.clone() };
+    let study = problem.study.clone().with_tables(StateTables::InFull);
+    let in_full = IdentifyProblem { study, ..problem.clone() };
     let own = found.predictions.1.iter().zip(&found.mesh.correction).map(|(p, m)| p - m);
     let off = in_full
         .predict_free(&found.values, false, Pace::own(problem.accuracy()))
@@ -175,7 +175,7 @@ fn found(problem: &Problem, options: &IdentifyOptions, learns: bool, progress: &
     searched(&in_full, options, learns, progress)
 }
 
-fn searched(problem: &Problem, options: &IdentifyOptions, learns: bool, progress: &dyn Progress) -> Result<Estimate> {
+fn searched(problem: &IdentifyProblem, options: &IdentifyOptions, learns: bool, progress: &dyn Progress) -> Result<Estimate> {
     check(problem)?;
     let mut search = Search::new(problem, progress);
     let start: Vec<f64> = problem.free.iter().map(|f| f.coordinate(f.parameter.value.clamp(f.bounds.0, f.bounds.1))).collect();
@@ -301,7 +301,7 @@ fn is_at_bound(free: &Free, coordinate: f64) -> bool {
     (coordinate - low).abs() < 1e-6 * (high - low) || (high - coordinate).abs() < 1e-6 * (high - low)
 }
 
-fn check(problem: &Problem) -> Result<()> {
+fn check(problem: &IdentifyProblem) -> Result<()> {
     if problem.free.is_empty() {
         return Err(Error::input("no parameter is free")
             .at_key("--free")
@@ -362,8 +362,12 @@ fn summary(search: &Search<'_>, nominal: &Point, ended: Ended, kept: Vec<usize>,
     let correlation = DMatrix::from_fn(n, n, |i, j| if i == j { 1.0 } else { (covariance[(i, j)] / (all[i] * all[j])).clamp(-1.0, 1.0) });
     let noise = learnt.as_ref().map_or(&problem.uncertainty.noise, |l| &l.noise);
     let sensor_errors = sensor_errors(problem, &search.left(&best), &whitener, noise);
-    let model_error =
-        learnt.as_ref().map(|l| ModelError { level: l.level, misfit: fit.misfit, freedom: fit.freedom, probability: fit.probability });
+    let model_error = learnt.as_ref().map(|l| FittedModelError {
+        level: l.level,
+        misfit: fit.misfit,
+        freedom: fit.freedom,
+        probability: fit.probability,
+    });
     let interval = |(k, free): (usize, &Free)| {
         let reach = TWO_SIDED_95 * deviations[k];
         let at = |c: f64| free.value(c).clamp(free.bounds.0, free.bounds.1);
@@ -378,7 +382,7 @@ fn summary(search: &Search<'_>, nominal: &Point, ended: Ended, kept: Vec<usize>,
         kept: (0..n).map(|k| kept.contains(&k)).collect(),
         deviations,
         correlation,
-        misfit: (square(&search.residual(&nominal.prediction, &stated)), beside.misfit),
+        misfit: (sum_of_squares(&search.residual(&nominal.prediction, &stated)), beside.misfit),
         freedom: beside.freedom,
         probability: beside.probability,
         model_error,
@@ -401,7 +405,7 @@ fn summary(search: &Search<'_>, nominal: &Point, ended: Ended, kept: Vec<usize>,
 }
 
 /// Directions along which the data alone leave too large a standard deviation.
-fn open_directions(problem: &Problem, values: &[f64], information: &DMatrix<f64>) -> Vec<Undetermined> {
+fn open_directions(problem: &IdentifyProblem, values: &[f64], information: &DMatrix<f64>) -> Vec<Undetermined> {
     let scale: Vec<f64> = problem.free.iter().zip(values).map(|(free, value)| free.size(*value)).collect();
     let scaled = DMatrix::from_fn(scale.len(), scale.len(), |i, j| information[(i, j)] * scale[i] * scale[j]);
     let eigen = SymmetricEigen::new(scaled);
@@ -422,7 +426,7 @@ fn open_directions(problem: &Problem, values: &[f64], information: &DMatrix<f64>
 }
 
 /// A direction in words: the product of powers or the sum of parameters that the data do not fix.
-fn in_words(problem: &Problem, weights: &[f64]) -> String {
+fn in_words(problem: &IdentifyProblem, weights: &[f64]) -> String {
     let largest = weights.iter().fold(0.0f64, |m, w| m.max(w.abs()));
     let mut parts: Vec<(f64, String)> =
         problem.free.iter().zip(weights).filter(|(_, w)| w.abs() > 0.15 * largest).map(|(f, w)| (*w, f.name())).collect();

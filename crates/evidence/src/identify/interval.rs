@@ -2,14 +2,14 @@
 
 use coldplate_base::error::{Error, Result};
 use coldplate_base::units::{self, Dimension};
-use coldplate_solve::sensitivity::{Parameter, Study};
+use coldplate_solve::study::{MachineParameter, Study};
 
 /// Most values along the axis of a scan, count. Chosen: a guard against mistyped steps.
 const MOST_VALUES: f64 = 1e5;
 
 /// `LOW..HIGH`, or `LOW..HIGH/STEP`, in SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Interval {
+pub struct ParameterRange {
     /// Lower end, SI.
     pub low: f64,
     /// Upper end, SI.
@@ -18,12 +18,12 @@ pub struct Interval {
     pub step: Option<f64>,
 }
 
-impl Interval {
+impl ParameterRange {
     /// Reads an interval of `parameter`. Numbers carry their unit, or are in the unit of the machine file.
     ///
     /// # Errors
     /// No interval, a unit of another kind, an end that is not above the start.
-    pub fn parse(text: &str, parameter: &Parameter) -> Result<Self> {
+    pub fn parse(text: &str, parameter: &MachineParameter) -> Result<Self> {
         let unit = if matches!(parameter.unit.as_str(), "1" | "") { String::new() } else { format!(" {}", parameter.unit) };
         let name = &parameter.name;
         let wrong = |what: &str| {
@@ -55,8 +55,8 @@ impl Interval {
 /// The axis of a scan, `KEY=LOW..HIGH/STEP`: the parameter and its values, SI.
 ///
 /// # Errors
-/// Errors of [`Interval::parse`]; no such key, or no step of a size that leads to the end.
-pub fn axis(text: &str, study: &Study) -> Result<(Parameter, Vec<f64>)> {
+/// Errors of [`ParameterRange::parse`]; no such key, or no step of a size that leads to the end.
+pub fn axis(text: &str, study: &Study) -> Result<(MachineParameter, Vec<f64>)> {
     let malformed = || {
         Error::input("this is no axis of a scan").at_key("--scan").read(text).help(
             "write for example \"contact.motor.conductance=0 W/(m2 K)..1000 W/(m2 K)/10 W/(m2 K)\", or the bare numbers 0..1000/10 \
@@ -68,7 +68,7 @@ pub fn axis(text: &str, study: &Study) -> Result<(Parameter, Vec<f64>)> {
     if !range.contains("..") {
         return Err(malformed());
     }
-    let Interval { low, high, step } = Interval::parse(range, &parameter)?;
+    let ParameterRange { low, high, step } = ParameterRange::parse(range, &parameter)?;
     let step = step.filter(|step| *step > 0.0 && (high - low) / step < MOST_VALUES).ok_or_else(malformed)?;
     let count = ((high - low) / step + 1e-9).floor() as usize;
     Ok((parameter, (0..=count).map(|i| low + i as f64 * step).collect()))

@@ -5,10 +5,10 @@
 
 use nalgebra::DMatrix;
 
-use super::Problem;
+use super::IdentifyProblem;
 use super::search::{Point, Search};
-use crate::discrepancy::{ErrorParts, Level};
-use crate::measurement::{Uncertainty, Whitener, whiten};
+use crate::discrepancy::{DiscrepancySize, ErrorParts};
+use crate::measurement::{MeasurementUncertainty, Whitener, whiten};
 use crate::sandwich::{Sandwich, worth};
 use coldplate_base::error::Result;
 
@@ -43,7 +43,7 @@ pub(super) struct Learnt {
     /// Whitening by the whole covariance of the readings.
     pub whitener: Whitener,
     /// Size of the model error.
-    pub level: Level,
+    pub level: DiscrepancySize,
     /// Noise of each sensor, K: as stated, or larger.
     pub noise: Vec<f64>,
 }
@@ -57,13 +57,13 @@ pub(super) struct Learnt {
 pub(super) fn learnt(search: &mut Search<'_>, nominal: &Point, stated: &Point, explained: f64) -> Result<Option<Learnt>> {
     let is_timing = search.problem.data.is_transient() && explained < CERTAIN;
     let mut point = stated.clone();
-    let mut level = Level::NONE;
+    let mut level = DiscrepancySize::NONE;
     let uncertainty = scattered(search, stated);
     let mut rounds = 0..MOST_ROUNDS;
     loop {
         let parts = parts(search, &uncertainty, &point);
         let next = parts.learn(&search.left(&point), &search.broad_columns(&point), level, None);
-        if next == Level::NONE && level == Level::NONE && !is_timing {
+        if next == DiscrepancySize::NONE && level == DiscrepancySize::NONE && !is_timing {
             return Ok(None);
         }
         let weights = weights(search, &point, &parts, &next);
@@ -87,14 +87,14 @@ pub(super) fn learnt(search: &mut Search<'_>, nominal: &Point, stated: &Point, e
 impl Learnt {
     /// The fit at another point, with the level that was learnt.
     pub fn at(&self, search: &Search<'_>, point: Point) -> Self {
-        let uncertainty = Uncertainty { noise: self.noise.clone(), ..search.problem.uncertainty.clone() };
+        let uncertainty = MeasurementUncertainty { noise: self.noise.clone(), ..search.problem.uncertainty.clone() };
         let parts = parts(search, &uncertainty, &point);
         let weights = weights(search, &point, &parts, &self.level);
         filled(search, point, weights, &parts, self.level, uncertainty.noise)
     }
 }
 
-fn parts(search: &Search<'_>, uncertainty: &Uncertainty, point: &Point) -> ErrorParts {
+fn parts(search: &Search<'_>, uncertainty: &MeasurementUncertainty, point: &Point) -> ErrorParts {
     let (problem, prediction) = (search.problem, &point.prediction);
     let machine = &problem.study.model.machine;
     let mut parts = ErrorParts::new(machine, &problem.data, uncertainty, 0.0, &prediction.values, &prediction.conditions);
@@ -104,7 +104,7 @@ fn parts(search: &Search<'_>, uncertainty: &Uncertainty, point: &Point) -> Error
 
 /// Stated uncertainty, with the noise of each sensor raised to the scatter of its readings in a log. The scatter is estimated
 /// by second differences of the residual, from which lasting errors cancel.
-fn scattered(search: &Search<'_>, at: &Point) -> Uncertainty {
+fn scattered(search: &Search<'_>, at: &Point) -> MeasurementUncertainty {
     let data = &search.problem.data;
     let mut found = search.problem.uncertainty.clone();
     if !data.is_transient() {
@@ -130,15 +130,15 @@ fn scattered(search: &Search<'_>, at: &Point) -> Uncertainty {
 }
 
 /// Weights at a point: the standard deviation of each reading alone.
-fn weights(search: &Search<'_>, at: &Point, parts: &ErrorParts, level: &Level) -> Whitener {
+fn weights(search: &Search<'_>, at: &Point, parts: &ErrorParts, level: &DiscrepancySize) -> Whitener {
     // Differences between tests do not lower the weight of a test or of a hot reading: they act on the intervals alone.
-    let deviations = parts.marginal(&Level { between_tests: 0.0, ..*level });
+    let deviations = parts.marginal(&DiscrepancySize { between_tests: 0.0, ..*level });
     let worth = worth(&search.slopes(at), &deviations, |vector| parts.times(level, vector));
     Whitener::new(&deviations.iter().map(|d| d * worth.sqrt()).collect::<Vec<_>>(), &[])
 }
 
 /// The fit at a point: curvature, covariance of the slope and whitening with the given weights.
-fn filled(search: &Search<'_>, point: Point, weights: Whitener, parts: &ErrorParts, level: Level, noise: Vec<f64>) -> Learnt {
+fn filled(search: &Search<'_>, point: Point, weights: Whitener, parts: &ErrorParts, level: DiscrepancySize, noise: Vec<f64>) -> Learnt {
     let Sandwich { curvature, scatter } = Sandwich::of(&search.slopes(&point), &weights, parts, &level, search.prior_information());
     let whitener = parts.whitener(&level, &(0..search.readings.len()).collect::<Vec<_>>());
     Learnt { point: search.under(point, &weights), weights, curvature, scatter, whitener, level, noise }
@@ -159,7 +159,7 @@ pub struct SensorError {
 }
 
 /// The expectation of every sensor's own error under a covariance, from the residual (K) of a fit.
-pub(super) fn sensor_errors(problem: &Problem, residual: &[f64], whitener: &Whitener, noise: &[f64]) -> Vec<SensorError> {
+pub(super) fn sensor_errors(problem: &IdentifyProblem, residual: &[f64], whitener: &Whitener, noise: &[f64]) -> Vec<SensorError> {
     let left = whitener.apply(residual);
     let places = whiten::places(&problem.data);
     let of = |(sensor, stated): (usize, &f64)| {

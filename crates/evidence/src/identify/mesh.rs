@@ -13,7 +13,7 @@ use crate::measurement::{Data, whiten};
 use coldplate_base::error::Result;
 use coldplate_base::numbers::root_mean_square;
 use coldplate_explore::simulate::Start;
-use coldplate_solve::sensitivity::Study;
+use coldplate_solve::study::Study;
 
 /// Cells of the finest mesh over those of the model, the first tried and the most; dimensionless. The first is kept if it
 /// leaves no more open than is asked for. Chosen: 1.4 and 2.1 times as many cells along each edge; more cost time.

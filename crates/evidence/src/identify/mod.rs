@@ -16,7 +16,6 @@ mod mesh;
 mod predict;
 mod prediction;
 mod profile;
-pub mod record;
 mod runs;
 mod scan;
 mod search;
@@ -26,24 +25,24 @@ mod write;
 use predict::{Pace, Steps};
 use rayon::prelude::*;
 
-use crate::measurement::{Data, MOST_READINGS, Uncertainty, thinned_evenly};
+use crate::measurement::{Data, MOST_READINGS, MeasurementUncertainty, thinned_evenly};
 use coldplate_base::error::{Error, Result};
 use coldplate_base::units;
 use coldplate_describe::machine::Machine;
 use coldplate_explore::simulate::Start;
-use coldplate_solve::sensitivity::{Kind, Parameter, Study};
+use coldplate_solve::study::{MachineParameter, ParameterKind, Study};
 
 pub use advice::{Advice, next_tests};
 pub use ended::chi_square_tail;
-pub use estimate::{Estimate, IdentifyOptions, ModelError, Undetermined, identify, identify_and_learn};
-pub use interval::{Interval, axis};
+pub use estimate::{Estimate, FittedModelError, IdentifyOptions, Undetermined, identify, identify_and_learn};
+pub use interval::{ParameterRange, axis};
 pub use learnt::SensorError;
 pub use mesh::{MeshShare, continued};
 pub use predict::{TIME_TOLERANCE, histories, predict, predict_within, values, values_within};
 pub use prediction::{Prediction, own_key};
-pub use profile::{Profile, profile, profile_heard};
+pub use profile::{ParameterProfile, profile, profile_heard};
 pub use runs::Runs;
-pub use scan::{Scan, scan};
+pub use scan::{MisfitScan, scan};
 pub use steady::{conditions, states, steady_near, steady_within};
 pub use write::{model_error_line, write_machine};
 
@@ -60,7 +59,7 @@ const OPEN_KELVIN: f64 = 10.0;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Free {
     /// The parameter; the search begins at its value.
-    pub parameter: Parameter,
+    pub parameter: MachineParameter,
     /// The one test in which it holds; the others keep the value common to all.
     pub test: Option<String>,
     /// Least and largest value, SI.
@@ -72,7 +71,7 @@ pub struct Free {
 }
 
 impl Free {
-    /// Reads `KEY`, `KEY=LOW..HIGH` (as in [`Interval`]), `KEY=VALUE +- DEVIATION`, or both: `KEY=LOW..HIGH, VALUE +-
+    /// Reads `KEY`, `KEY=LOW..HIGH` (as in [`ParameterRange`]), `KEY=VALUE +- DEVIATION`, or both: `KEY=LOW..HIGH, VALUE +-
     /// DEVIATION`. With `KEY@TEST` in place of `KEY` the value holds in that test alone.
     ///
     /// # Errors
@@ -80,20 +79,21 @@ impl Free {
     pub fn parse(text: &str, study: &Study) -> Result<Self> {
         let (key, test, rest) = pieces(text);
         let parameter = study.parameter(key)?;
-        if parameter.kind == Kind::Condition {
+        if parameter.kind == ParameterKind::Condition {
             return Err(Error::input(format!("'{}' is a condition, not a number of the machine", parameter.name))
                 .at_key(&parameter.name)
                 .help("say in DATA.toml how uncertain it is: its error is then taken into account"));
         }
-        let is_logarithmic = parameter.value > 0.0 && !parameter.dimension.is_absolute() && parameter.kind != Kind::Offset;
+        let is_logarithmic = parameter.value > 0.0 && !parameter.dimension.is_absolute() && parameter.kind != ParameterKind::Offset;
         let v = parameter.value;
-        let reach = if parameter.dimension.is_absolute() || parameter.kind == Kind::Offset { 100.0 } else { (10.0 * v.abs()).max(100.0) };
+        let reach =
+            if parameter.dimension.is_absolute() || parameter.kind == ParameterKind::Offset { 100.0 } else { (10.0 * v.abs()).max(100.0) };
         let bounds = if is_logarithmic { (v / FARTHEST, v * FARTHEST) } else { (v - reach, v + reach) };
         let mut free = Self { parameter, test: test.map(String::from), bounds, prior: None, is_logarithmic };
         let mut is_bounded = false;
         for part in rest.split(',').map(str::trim).filter(|p| !p.is_empty()) {
             if part.contains("..") {
-                let Interval { low, high, step } = Interval::parse(part, &free.parameter)?;
+                let ParameterRange { low, high, step } = ParameterRange::parse(part, &free.parameter)?;
                 if step.is_some() {
                     return Err(free.wrong("a search has no steps", part).help("leave the step out, or try a grid with --scan"));
                 }
@@ -229,7 +229,7 @@ impl Free {
         let size = value.abs().max(p.value.abs());
         if self.is_logarithmic {
             1.0
-        } else if p.dimension.is_absolute() || p.kind == Kind::Offset {
+        } else if p.dimension.is_absolute() || p.kind == ParameterKind::Offset {
             OPEN_KELVIN
         } else if size > 0.0 {
             size
@@ -261,22 +261,31 @@ fn pieces(text: &str) -> (&str, Option<&str>, &str) {
     }
 }
 
+/// Derivatives that a prediction is to hold.
+#[derive(Debug, Clone, Copy)]
+struct Derivatives {
+    /// With respect to the free parameters.
+    parameters: bool,
+    /// With respect to the conditions.
+    conditions: bool,
+}
+
 /// A machine, data and the parameters to be found.
 #[derive(Debug, Clone)]
-pub struct Problem {
+pub struct IdentifyProblem {
     /// The machine as its file has it.
     pub study: Study,
     /// The measured data.
     pub data: Data,
     /// The uncertainty of readings and conditions.
-    pub uncertainty: Uncertainty,
+    pub uncertainty: MeasurementUncertainty,
     /// The parameters to find.
     pub free: Vec<Free>,
     /// The state logs begin with.
     pub start: Start,
 }
 
-impl Problem {
+impl IdentifyProblem {
     /// Error allowed in each time step of a log, K.
     fn accuracy(&self) -> f64 {
         BESIDE_RUNS * Runs::beside(&self.study, &self.uncertainty.noise, self.start).tolerance
@@ -312,7 +321,7 @@ impl Problem {
     }
 
     fn machine_of(&self, held: &[usize], values: &[f64]) -> Result<Study> {
-        let pairs: Vec<(&Parameter, f64)> = held.iter().map(|k| (&self.free[*k].parameter, values[*k])).collect();
+        let pairs: Vec<(&MachineParameter, f64)> = held.iter().map(|k| (&self.free[*k].parameter, values[*k])).collect();
         self.study.with(&pairs)
     }
 
@@ -321,13 +330,13 @@ impl Problem {
     /// # Errors
     /// Errors of [`predict`].
     pub fn predict(&self, values: &[f64]) -> Result<Prediction> {
-        Ok(self.predict_some(values, (true, true), Pace::own(self.accuracy()))?.0)
+        Ok(self.predict_some(values, Derivatives { parameters: true, conditions: true }, Pace::own(self.accuracy()))?.0)
     }
 
     /// Predictions at values of the free parameters without derivatives with respect to the conditions; if `slopes` is false,
     /// without any derivatives.
     fn predict_free(&self, values: &[f64], slopes: bool, pace: Pace<'_>) -> Result<Prediction> {
-        Ok(self.predict_some(values, (slopes, false), pace)?.0)
+        Ok(self.predict_some(values, Derivatives { parameters: slopes, conditions: false }, pace)?.0)
     }
 
     /// Change of the predictions `own` (K) from the model's mesh to an endlessly fine one, at values of the free parameters.
@@ -343,7 +352,7 @@ impl Problem {
     }
 
     /// Predictions, with the time steps in which logs were run.
-    fn predict_some(&self, values: &[f64], wanted: (bool, bool), pace: Pace<'_>) -> Result<(Prediction, Steps)> {
+    fn predict_some(&self, values: &[f64], wanted: Derivatives, pace: Pace<'_>) -> Result<(Prediction, Steps)> {
         if self.free.iter().all(|f| f.test.is_none()) {
             return self.predict_held(&self.data, &self.held_in(None), values, wanted, pace);
         }
@@ -363,18 +372,18 @@ impl Problem {
         data: &Data,
         held: &[usize],
         values: &[f64],
-        (slopes, conditions): (bool, bool),
+        wanted: Derivatives,
         pace: Pace<'_>,
     ) -> Result<(Prediction, Steps)> {
         let study = self.machine_of(held, values)?;
-        let asked = if slopes { held } else { &[] };
+        let asked = if wanted.parameters { held } else { &[] };
         let parameters = asked.iter().map(|k| study.parameter(&self.free[*k].parameter.name)).collect::<Result<Vec<_>>>()?;
-        let (mut found, steps) = predict::predict_some(&study, data, &parameters, conditions, self.start, pace)?;
-        for row in found.slopes.iter_mut().filter(|_| slopes) {
+        let (mut found, steps) = predict::predict_some(&study, data, &parameters, wanted.conditions, self.start, pace)?;
+        for row in found.slopes.iter_mut().filter(|_| wanted.parameters) {
             let mut whole = vec![0.0; self.free.len()];
             for (slope, k) in row.iter().zip(held) {
                 // In the changed file a factor counts from the value found.
-                whole[*k] = if self.free[*k].parameter.kind == Kind::Factor { slope / values[*k] } else { *slope };
+                whole[*k] = if self.free[*k].parameter.kind == ParameterKind::Factor { slope / values[*k] } else { *slope };
             }
             *row = whole;
         }

@@ -7,14 +7,15 @@ use rayon::prelude::*;
 use super::prediction::{Prediction, own_key};
 use super::steady::{steady, steady_near};
 use crate::measurement::whiten::places;
-use crate::measurement::{Data, Row};
+use crate::measurement::{Data, ReadingRow};
 use coldplate_base::error::{Error, Result};
 use coldplate_base::units::Measurand;
-use coldplate_describe::machine::{Condition, Machine, Reading, Sensor};
+use coldplate_describe::machine::{Condition, Machine, Sensor, SensorReading};
 use coldplate_explore::schedule::{self, Schedule};
-use coldplate_explore::simulate::{self, PlaceStart, Seen, Start, StartPlace};
+use coldplate_explore::simulate::{self, PlaceStart, RunInstant, Start, StartPlace};
 use coldplate_network::Load;
-use coldplate_solve::sensitivity::{Kind, Moment, Moments, Parameter, Study};
+use coldplate_solve::sensitivity::{Moment, Moments};
+use coldplate_solve::study::{MachineParameter, ParameterKind, Study};
 
 /// Default error allowed in each time step of a log, K. Chosen: small enough for differences between runs.
 pub const TIME_TOLERANCE: f64 = 1e-3;
@@ -67,7 +68,7 @@ impl Pace<'_> {
 ///
 /// # Errors
 /// The machine cannot be solved at a condition, or a log cannot be run.
-pub fn predict(study: &Study, data: &Data, parameters: &[Parameter], start: Start) -> Result<Prediction> {
+pub fn predict(study: &Study, data: &Data, parameters: &[MachineParameter], start: Start) -> Result<Prediction> {
     predict_within(study, data, parameters, start, TIME_TOLERANCE)
 }
 
@@ -75,7 +76,7 @@ pub fn predict(study: &Study, data: &Data, parameters: &[Parameter], start: Star
 ///
 /// # Errors
 /// Errors of [`predict`].
-pub fn predict_within(study: &Study, data: &Data, parameters: &[Parameter], start: Start, tolerance: f64) -> Result<Prediction> {
+pub fn predict_within(study: &Study, data: &Data, parameters: &[MachineParameter], start: Start, tolerance: f64) -> Result<Prediction> {
     Ok(predict_some(study, data, parameters, true, start, Pace::own(tolerance))?.0)
 }
 
@@ -84,7 +85,7 @@ pub fn predict_within(study: &Study, data: &Data, parameters: &[Parameter], star
 pub(super) fn predict_some(
     study: &Study,
     data: &Data,
-    parameters: &[Parameter],
+    parameters: &[MachineParameter],
     conditions: bool,
     start: Start,
     pace: Pace<'_>,
@@ -118,7 +119,7 @@ pub fn values_within(study: &Study, data: &Data, start: Start, tolerance: f64) -
 fn logs(
     study: &Study,
     data: &Data,
-    parameters: &[Parameter],
+    parameters: &[MachineParameter],
     with_conditions: bool,
     start: Start,
     pace: Pace<'_>,
@@ -126,12 +127,12 @@ fn logs(
     let Ran { values, temperatures, steps } = run_logs(study, data, start, None, pace)?;
     // The error of the time steps nearly cancels in differences of runs with the same steps.
     let beside = Pace { steps: Some(&steps), ..pace };
-    let step = |p: &Parameter| match p.value {
-        _ if p.dimension.is_absolute() || p.kind == Kind::Offset => RUN_KELVIN,
+    let step = |p: &MachineParameter| match p.value {
+        _ if p.dimension.is_absolute() || p.kind == ParameterKind::Offset => RUN_KELVIN,
         0.0 => RUN_STEP_FROM_ZERO * p.step(0.0),
         value => RUN_STEP * value.abs(),
     };
-    let column = |p: &Parameter| -> Result<Vec<f64>> {
+    let column = |p: &MachineParameter| -> Result<Vec<f64>> {
         // At the end of the valid range, such as an emissivity of one, the step goes back.
         let forward = step(p);
         let (step, study) = match study.with(&[(p, p.value + forward)]) {
@@ -206,8 +207,8 @@ pub fn histories(study: &Study, data: &Data, start: Start, tolerance: f64) -> Re
             0 => MOMENTS_OF_NODES,
             _ => MOMENTS_OF_CELLS,
         });
-        let mut look = |seen: &Seen<'_>| moments.see(seen.state.time, seen.condition, seen.load, &seen.state.temperatures);
-        let (temperatures, _) = run_log(study, data, test, (start, None), Pace::own(tolerance), Some(&mut look))?;
+        let mut look = |seen: &RunInstant<'_>| moments.see(seen.state.time, seen.condition, seen.load, &seen.state.temperatures);
+        let (temperatures, _) = run_log(study, data, test, start, None, Pace::own(tolerance), Some(&mut look))?;
         Ok((temperatures, moments.into_kept()))
     };
     let (found, moments): (Vec<_>, Vec<_>) = tests.par_iter().map(run).collect::<Result<Vec<_>>>()?.into_iter().unzip();
@@ -230,7 +231,7 @@ fn is_longer(study: &Study, data: &Data, test: &str, rows: usize) -> bool {
 }
 
 /// Initial state of a test, and the places that begin at another temperature.
-fn beginning(machine: &Machine, data: &Data, rows: &[&Row], start: Start) -> Result<(Start, Vec<PlaceStart>)> {
+fn beginning(machine: &Machine, data: &Data, rows: &[&ReadingRow], start: Start) -> Result<(Start, Vec<PlaceStart>)> {
     if !matches!(start, Start::Readings | Start::Parts) {
         return Ok((start, Vec::new()));
     }
@@ -252,11 +253,11 @@ fn beginning(machine: &Machine, data: &Data, rows: &[&Row], start: Start) -> Res
     }
     let mut places: Vec<PlaceStart> = Vec::new();
     let place = |sensor: &Sensor| match &sensor.reads {
-        Reading::Point(part, _) | Reading::PartMean(part) => StartPlace::Part(*part),
-        Reading::Displacement(own) => StartPlace::Part(own.of.0),
-        Reading::FaceMean(face) => StartPlace::Part(face.part),
-        Reading::Node(node) => StartPlace::Node(*node),
-        Reading::Inlet(channel) | Reading::Outlet(channel) => StartPlace::Channel(*channel),
+        SensorReading::Point(part, _) | SensorReading::PartMean(part) => StartPlace::Part(*part),
+        SensorReading::Displacement(own) => StartPlace::Part(own.of.0),
+        SensorReading::FaceMean(face) => StartPlace::Part(face.part),
+        SensorReading::Node(node) => StartPlace::Node(*node),
+        SensorReading::Inlet(channel) | SensorReading::Outlet(channel) => StartPlace::Channel(*channel),
     };
     for (sensor, _) in first.iter().filter(|_| start == Start::Parts) {
         let here = place(sensor);
@@ -283,7 +284,7 @@ pub(super) struct Ran {
 /// Runs every test of a log; `shift` adds to one variable (SI) throughout.
 pub(super) fn run_logs(study: &Study, data: &Data, start: Start, shift: Option<(usize, f64)>, pace: Pace<'_>) -> Result<Ran> {
     let tests = data.tests();
-    let run = |test: &String| run_log(study, data, test, (start, shift), pace, None);
+    let run = |test: &String| run_log(study, data, test, start, shift, pace, None);
     let (temperatures, steps): (Courses, Vec<Vec<f64>>) = tests.par_iter().map(run).collect::<Result<Vec<_>>>()?.into_iter().unzip();
     let values = in_rows(data, &shown(study, data, &temperatures));
     Ok(Ran { values, temperatures, steps: tests.into_iter().zip(steps).collect() })
@@ -296,23 +297,24 @@ fn shown(study: &Study, data: &Data, temperatures: &Courses) -> Courses {
     data.tests().iter().zip(temperatures).map(of).collect()
 }
 
-/// Runs one test. Returns the temperatures of all sensors' places at each of its rows, and the ends of the steps. Without an
+/// Runs one test; `shift` adds to one variable (SI) throughout. Returns the temperatures of all sensors' places at each of its rows, and the ends of the steps. Without an
 /// observer of the steps only the rows count.
 fn run_log(
     study: &Study,
     data: &Data,
     test: &str,
-    (start, shift): (Start, Option<(usize, f64)>),
+    start: Start,
+    shift: Option<(usize, f64)>,
     Pace { tolerance, steps }: Pace<'_>,
-    mut seen: Option<&mut dyn FnMut(&Seen<'_>)>,
+    mut seen: Option<&mut dyn FnMut(&RunInstant<'_>)>,
 ) -> Result<(Vec<Vec<f64>>, Vec<f64>)> {
-    let rows: Vec<&Row> = data.rows.iter().filter(|row| row.test == *test).collect();
-    let moved = |row: &&Row| {
+    let rows: Vec<&ReadingRow> = data.rows.iter().filter(|row| row.test == *test).collect();
+    let moved = |row: &&ReadingRow| {
         let mut values = row.condition.si().to_vec();
         if let Some((v, step)) = shift {
             values[v] += step;
         }
-        schedule::Row { time: row.time.unwrap_or(0.0), values }
+        schedule::Breakpoint { time: row.time.unwrap_or(0.0), values }
     };
     let schedule = Schedule::from_rows(rows.iter().map(moved).collect())?;
     let (start, places) = beginning(&study.model.machine, data, &rows, start)?;
@@ -328,7 +330,7 @@ fn run_log(
         ..simulate::SimulateOptions::default()
     };
     let mut ends: Vec<f64> = Vec::new();
-    let mut note = |now: &Seen<'_>| {
+    let mut note = |now: &RunInstant<'_>| {
         let begun = ends.last().copied().unwrap_or_else(|| schedule.start());
         ends.extend(Some(now.state.time).filter(|time| *time > begun));
         if let Some(seen) = &mut seen {
@@ -336,7 +338,7 @@ fn run_log(
         }
     };
     let history = simulate::run(&study.model, &schedule, &options, &mut note)?;
-    let at = |row: &&Row| {
+    let at = |row: &&ReadingRow| {
         nearest(&history.times, row.time.unwrap_or(0.0))
             .map(|i| history.temperatures[i].clone())
             .ok_or_else(|| Error::numerics("a run without output"))

@@ -3,7 +3,7 @@
 use crate::measurement::Data;
 use coldplate_base::document::Document;
 use coldplate_describe::machine::SensorResponse;
-use coldplate_solve::sensitivity::Parameter;
+use coldplate_solve::study::MachineParameter;
 
 /// Predictions of all readings of a data set (rows, then sensors, missing ones left out).
 #[derive(Debug, Clone, PartialEq)]
@@ -17,7 +17,7 @@ pub struct Prediction {
 }
 
 /// The sensor (a column of the data) whose own lag, gain or offset a parameter is, and which of the three.
-pub fn own_key(parameter: &Parameter, data: &Data) -> Option<(usize, String)> {
+pub fn own_key(parameter: &MachineParameter, data: &Data) -> Option<(usize, String)> {
     match Document::names_in(&parameter.name)?.as_slice() {
         [table, name, key] if table == "sensor" && SensorResponse::slope(key, 0.0).is_some() => {
             Some((data.names.iter().position(|n| n == name)?, key.clone()))

@@ -1,6 +1,6 @@
-//! Profile likelihood: the least misfit for given values of one parameter, all others refitted.
+//! ParameterProfile likelihood: the least misfit for given values of one parameter, all others refitted.
 
-use super::Problem;
+use super::IdentifyProblem;
 use super::estimate::Estimate;
 use super::search::{Point, Search};
 use coldplate_base::error::Result;
@@ -13,7 +13,7 @@ const PLACES: [f64; 3] = [1.0, 2.0, 3.0];
 
 /// The profile of one parameter.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Profile {
+pub struct ParameterProfile {
     /// Index of the free parameter.
     pub parameter: usize,
     /// Values (SI) and the misfit there (priors included) above the least one, in the order of values.
@@ -26,8 +26,8 @@ pub struct Profile {
 /// machine can no longer be solved.
 ///
 /// # Errors
-/// Errors of [`Problem::predict`].
-pub fn profile(problem: &Problem, estimate: &Estimate, parameter: usize) -> Result<Profile> {
+/// Errors of [`IdentifyProblem::predict`].
+pub fn profile(problem: &IdentifyProblem, estimate: &Estimate, parameter: usize) -> Result<ParameterProfile> {
     profile_heard(problem, estimate, parameter, &Silent)
 }
 
@@ -35,7 +35,12 @@ pub fn profile(problem: &Problem, estimate: &Estimate, parameter: usize) -> Resu
 ///
 /// # Errors
 /// Errors of [`profile`].
-pub fn profile_heard(problem: &Problem, estimate: &Estimate, parameter: usize, progress: &dyn Progress) -> Result<Profile> {
+pub fn profile_heard(
+    problem: &IdentifyProblem,
+    estimate: &Estimate,
+    parameter: usize,
+    progress: &dyn Progress,
+) -> Result<ParameterProfile> {
     let free = &problem.free[parameter];
     let best: Vec<f64> = problem.free.iter().zip(&estimate.values).map(|(f, v)| f.coordinate(*v)).collect();
     let (low, high) = free.coordinate_bounds();
@@ -87,5 +92,5 @@ pub fn profile_heard(problem: &Problem, estimate: &Estimate, parameter: usize, p
         })
     };
     let interval = (crossing(false), crossing(true));
-    Ok(Profile { parameter, points: points.into_iter().map(|(c, rise)| (free.value(c), rise)).collect(), interval })
+    Ok(ParameterProfile { parameter, points: points.into_iter().map(|(c, rise)| (free.value(c), rise)).collect(), interval })
 }

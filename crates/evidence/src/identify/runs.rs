@@ -1,7 +1,7 @@
 //! Accuracy and initial state of runs of logs beside measured ones.
 
 use coldplate_explore::simulate::Start;
-use coldplate_solve::sensitivity::Study;
+use coldplate_solve::study::Study;
 
 /// Error allowed in each time step at any node, over the noise of the readings, in machines of cells; dimensionless. Chosen:
 /// the error of their sensors after a run is a fiftieth of it or less.

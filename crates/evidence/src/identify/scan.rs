@@ -4,19 +4,19 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 
-use super::search::square;
-use super::{Problem, values};
+use super::{IdentifyProblem, values};
 use crate::measurement::{Whitener, whiten};
 use coldplate_base::error::{Error, Result};
+use coldplate_base::numbers::sum_of_squares;
 use coldplate_base::progress::Progress;
-use coldplate_solve::sensitivity::Parameter;
+use coldplate_solve::study::MachineParameter;
 
 /// Most points of a grid, count. Chosen: each costs a prediction of all readings.
 const MOST: usize = 250_000;
 
 /// A misfit over a grid of two parameters.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Scan {
+pub struct MisfitScan {
     /// The two parameters' names.
     pub names: [String; 2],
     /// Values of each along its axis, SI.
@@ -29,7 +29,7 @@ pub struct Scan {
     pub predictions: Vec<Vec<Vec<f64>>>,
 }
 
-impl Scan {
+impl MisfitScan {
     /// Indices of the least value of a table, along both axes.
     pub fn least(table: &[Vec<f64>]) -> (usize, usize) {
         let all = table.iter().enumerate().flat_map(|(i, row)| row.iter().enumerate().map(move |(j, v)| (i, j, *v)));
@@ -42,7 +42,7 @@ impl Scan {
 ///
 /// # Errors
 /// Too many points, or the machine cannot be solved at all.
-pub fn scan(problem: &Problem, pair: [(&Parameter, Vec<f64>); 2], progress: &dyn Progress) -> Result<Scan> {
+pub fn scan(problem: &IdentifyProblem, pair: [(&MachineParameter, Vec<f64>); 2], progress: &dyn Progress) -> Result<MisfitScan> {
     let [(first, along), (second, across)] = pair;
     if along.is_empty() || across.is_empty() || along.len() * across.len() > MOST {
         return Err(Error::input(format!("a grid of {} by {} points", along.len(), across.len()))
@@ -65,6 +65,6 @@ pub fn scan(problem: &Problem, pair: [(&Parameter, Vec<f64>); 2], progress: &dyn
     let difference = |p: &[f64]| -> Vec<f64> { readings.iter().zip(p).map(|(r, p)| r - p).collect() };
     let table = |of: &dyn Fn(&Vec<f64>) -> f64| predictions.iter().map(|row| row.iter().map(of).collect()).collect();
     let mean = table(&|p| difference(p).iter().map(|d| d.abs()).sum::<f64>() / readings.len() as f64);
-    let misfit = table(&|p| square(&whitener.apply(&difference(p))));
-    Ok(Scan { names: [first.name.clone(), second.name.clone()], axes: [along, across], mean, misfit, predictions })
+    let misfit = table(&|p| sum_of_squares(&whitener.apply(&difference(p))));
+    Ok(MisfitScan { names: [first.name.clone(), second.name.clone()], axes: [along, across], mean, misfit, predictions })
 }

@@ -3,9 +3,10 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::predict::{Pace, Steps};
-use super::{Free, MeshShare, Prediction, Problem};
+use super::{Derivatives, Free, IdentifyProblem, MeshShare, Prediction};
 use crate::measurement::{Whitener, whiten};
 use coldplate_base::error::Result;
+use coldplate_base::numbers::sum_of_squares;
 use coldplate_base::progress::Progress;
 
 /// The search ends if no coordinate moves by more than this share of its standard deviation. Chosen: far below the interval.
@@ -68,7 +69,7 @@ impl Stride {
 
 /// The search of one problem, with its cost so far.
 pub(super) struct Search<'a> {
-    pub problem: &'a Problem,
+    pub problem: &'a IdentifyProblem,
     /// Readings less the mesh's share, K: they compare with predictions on the model's own mesh.
     pub readings: Vec<f64>,
     pub mesh: MeshShare,
@@ -86,7 +87,7 @@ pub(super) struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    pub fn new(problem: &'a Problem, progress: &'a dyn Progress) -> Self {
+    pub fn new(problem: &'a IdentifyProblem, progress: &'a dyn Progress) -> Self {
         let readings = whiten::readings(&problem.data);
         let mesh = MeshShare::none(readings.len());
         let stride = Stride::default();
@@ -120,7 +121,7 @@ impl<'a> Search<'a> {
 
     /// Whitening by the stated covariance, with the derivatives of a prediction with respect to the conditions.
     pub fn stated(&self, prediction: &Prediction) -> Whitener {
-        let Problem { data, uncertainty, .. } = self.problem;
+        let IdentifyProblem { data, uncertainty, .. } = self.problem;
         let mut common = whiten::common_errors(data, uncertainty, &prediction.conditions);
         common.extend(self.mesh.scatter.iter().cloned());
         Whitener::new(&whiten::deviations(data, uncertainty), &common)
@@ -142,14 +143,14 @@ impl<'a> Search<'a> {
             let rough = Pace::own(ON_THE_WAY * self.accuracy);
             let (fine, found) = rayon::join(
                 || self.problem.predict_free(&values, false, Pace::own(self.accuracy)),
-                || self.problem.predict_some(&values, (true, known.is_none()), rough),
+                || self.problem.predict_some(&values, Derivatives { parameters: true, conditions: known.is_none() }, rough),
             );
             let (fine, (found, steps)) = (fine?.values, found?);
             let share = fine.iter().zip(&found.values).map(|(f, c)| f - c).collect();
             self.stride = Stride { coordinates: coordinates.clone(), steps, share };
             Prediction { values: fine, ..found }
         } else {
-            self.problem.predict_some(&values, (true, known.is_none()), Pace::own(self.accuracy))?.0
+            self.problem.predict_some(&values, Derivatives { parameters: true, conditions: known.is_none() }, Pace::own(self.accuracy))?.0
         };
         match known {
             Some(conditions) => prediction.conditions = conditions,
@@ -257,7 +258,7 @@ impl<'a> Search<'a> {
     }
 
     fn cost(&self, coordinates: &[f64], prediction: &Prediction, whitener: &Whitener) -> f64 {
-        square(&self.residual(prediction, whitener)) + priors(&self.problem.free, coordinates)
+        sum_of_squares(&self.residual(prediction, whitener)) + priors(&self.problem.free, coordinates)
     }
 
     /// Whitened derivatives with respect to the coordinates.
@@ -423,8 +424,4 @@ pub(super) fn prior(free: &Free) -> Option<(f64, f64)> {
 /// The priors' part of the misfit.
 pub(super) fn priors(free: &[Free], coordinates: &[f64]) -> f64 {
     free.iter().zip(coordinates).filter_map(|(f, c)| prior(f).map(|(at, spread)| ((c - at) / spread).powi(2))).sum()
-}
-
-pub(super) fn square(v: &[f64]) -> f64 {
-    v.iter().map(|x| x * x).sum()
 }

@@ -9,7 +9,8 @@ use coldplate_base::error::Result;
 use coldplate_describe::machine::{Condition, SensorResponse};
 use coldplate_network::Load;
 use coldplate_solve::Nearby;
-use coldplate_solve::sensitivity::{Derivatives, Parameter, Study, Tables, Target, Variation};
+use coldplate_solve::sensitivity::{DerivativeTarget, Derivatives, Variation};
+use coldplate_solve::study::{MachineParameter, StateTables, Study};
 
 /// Error allowed in the temperatures of a steady state that begins near another one, K. Chosen: slopes are differences of such
 /// temperatures.
@@ -40,7 +41,7 @@ pub fn conditions(data: &Data) -> (Vec<Condition>, Vec<usize>) {
 /// Errors of [`Study::at`].
 pub fn states<'a>(study: &'a Study, conditions: &[Condition], near: &[Vec<f64>]) -> Result<Vec<Derivatives<'a>>> {
     let Some(first) = conditions.first() else { return Ok(Vec::new()) };
-    if study.tables == Tables::InFull {
+    if study.tables == StateTables::InFull {
         let solver = study.model.solver(first)?;
         return conditions.par_iter().map(|c| Derivatives::new(study, c, &study.model.solve(&solver, c)?)).collect();
     }
@@ -56,12 +57,12 @@ fn fields(study: &Study, conditions: &[Condition], loads: &[Load], near: &[Vec<f
     match (near.first(), tables) {
         (Some(first), _) => {
             let nearby = Nearby::new(&model.network, &loads[0], first.clone())?;
-            if tables == Tables::Reduced {
+            if tables == StateTables::Reduced {
                 return nearby.table(loads, &near.iter().map(Vec::as_slice).collect::<Vec<_>>(), within);
             }
             loads.par_iter().zip(near).map(|(load, from)| nearby.temperatures(load, from, within)).collect()
         }
-        (None, Tables::Reduced) => {
+        (None, StateTables::Reduced) => {
             let solver = model.solver(&conditions[0])?;
             let first = solver.steady(&loads[0])?.temperatures;
             let mut found = vec![first.clone()];
@@ -69,7 +70,7 @@ fn fields(study: &Study, conditions: &[Condition], loads: &[Load], near: &[Vec<f
             found.extend(Nearby::of(solver).table(others, &vec![first.as_slice(); others.len()], within)?);
             Ok(found)
         }
-        (None, Tables::InFull) => {
+        (None, StateTables::InFull) => {
             let solver = model.solver(&conditions[0])?;
             loads.par_iter().map(|load| Ok(solver.steady(load)?.temperatures)).collect()
         }
@@ -104,13 +105,13 @@ pub fn steady_within(study: &Study, data: &Data, near: &[Vec<f64>], within: f64)
 }
 
 /// Predictions and slopes of a steady table; without `with_conditions` the slopes with respect to the condition variables are left out.
-pub(super) fn steady(study: &Study, data: &Data, parameters: &[Parameter], with_conditions: bool) -> Result<Prediction> {
+pub(super) fn steady(study: &Study, data: &Data, parameters: &[MachineParameter], with_conditions: bool) -> Result<Prediction> {
     let (distinct, index) = conditions(data);
     let variables = if with_conditions { study.model.machine.variables.as_slice() } else { &[] };
     let variables = variables.iter().map(|v| study.parameter(&v.name)).collect::<Result<Vec<_>>>()?;
-    let all: Vec<&Parameter> = parameters.iter().chain(&variables).collect();
+    let all: Vec<&MachineParameter> = parameters.iter().chain(&variables).collect();
     let variations: Vec<Variation> = all.par_iter().map(|p| study.variation(p)).collect::<Result<_>>()?;
-    let targets: Vec<Target> = data.sensors.iter().map(|s| Target::Sensor(*s)).collect();
+    let targets: Vec<DerivativeTarget> = data.sensors.iter().map(|s| DerivativeTarget::Sensor(*s)).collect();
     if variations.is_empty() {
         let (values, _) = steady_near(study, data, &[])?;
         let none = vec![Vec::new(); values.len()];

@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
-use super::{Estimate, Problem};
+use super::{Estimate, IdentifyProblem};
 use crate::measurement::Data;
 use coldplate_base::document::{Leaf, name_of};
 use coldplate_base::error::Result;
 use coldplate_base::numbers::{TWO_SIDED_95, significant};
 use coldplate_base::units;
-use coldplate_describe::machine::{Machine, Variable};
-use coldplate_solve::sensitivity::{Kind, Parameter};
+use coldplate_describe::machine::{DescribedVariable, Machine};
+use coldplate_solve::study::{MachineParameter, ParameterKind};
 
 /// Least correlation that is written, dimensionless. Chosen: keeps the file short.
 const LEAST_CORRELATION: f64 = 0.02;
@@ -22,7 +22,7 @@ const MOST_CONDITIONS: usize = 64;
 ///
 /// # Errors
 /// The file cannot be read again, or the changed text does not give the values found.
-pub fn write_machine(problem: &Problem, estimate: &Estimate, tests: &[String]) -> Result<String> {
+pub fn write_machine(problem: &IdentifyProblem, estimate: &Estimate, tests: &[String]) -> Result<String> {
     let machine = &problem.study.model.machine;
     let mut remarks = vec![
         format!("Identified by coldplate {} from {}", env!("CARGO_PKG_VERSION"), name_of(Path::new(&problem.data.source))),
@@ -64,10 +64,10 @@ pub fn write_machine(problem: &Problem, estimate: &Estimate, tests: &[String]) -
 
 /// A number that was found, with its standard deviation, as TOML. `None` for a factor or offset, which is no number of the
 /// file.
-fn uncertain(p: &Parameter, estimate: &Estimate, k: usize) -> Option<String> {
+fn uncertain(p: &MachineParameter, estimate: &Estimate, k: usize) -> Option<String> {
     let (low, high) = estimate.intervals[k];
     let deviation = (high - low).abs() / (2.0 * TWO_SIDED_95) / p.per_unit(1.0).abs();
-    if p.kind != Kind::Quantity || !(deviation > 0.0 && deviation.is_finite()) {
+    if p.kind != ParameterKind::Quantity || !(deviation > 0.0 && deviation.is_finite()) {
         return None;
     }
     let (value, deviation) = (p.shown(estimate.values[k]), significant(deviation, 3));
@@ -79,7 +79,7 @@ fn uncertain(p: &Parameter, estimate: &Estimate, k: usize) -> Option<String> {
 }
 
 /// Correlations of the numbers that were found, and those of other numbers that the file states.
-fn correlations(problem: &Problem, estimate: &Estimate) -> Option<(String, String)> {
+fn correlations(problem: &IdentifyProblem, estimate: &Estimate) -> Option<(String, String)> {
     let is_found = |k: &usize| {
         let free = &problem.free[*k];
         free.test.is_none() && !estimate.kept[*k] && uncertain(&free.parameter, estimate, *k).is_some()
@@ -107,7 +107,7 @@ fn correlations(problem: &Problem, estimate: &Estimate) -> Option<(String, Strin
 }
 
 /// Model error as a line of the file. If the stated errors explain the residual of a table, it is the one that they state.
-fn model_error(problem: &Problem, estimate: &Estimate) -> Result<Option<(String, String)>> {
+fn model_error(problem: &IdentifyProblem, estimate: &Estimate) -> Result<Option<(String, String)>> {
     let learnt = estimate.model_error.map(|own| own.level.wandering).filter(|own| *own > 0.0);
     if learnt.is_none() && problem.data.is_transient() {
         return Ok(None);
@@ -120,11 +120,17 @@ fn model_error(problem: &Problem, estimate: &Estimate) -> Result<Option<(String,
 ///
 /// # Errors
 /// A unit of a variable that cannot be expressed.
-pub fn model_error_line(machine: &Machine, data: &Data, deviation: f64, has: impl Fn(&Variable) -> bool) -> Result<(String, String)> {
+pub fn model_error_line(
+    machine: &Machine,
+    data: &Data,
+    deviation: f64,
+    has: impl Fn(&DescribedVariable) -> bool,
+) -> Result<(String, String)> {
     let mut conditions: Vec<String> = Vec::new();
     for row in data.rows.iter().filter(|_| !data.is_transient()) {
-        let value =
-            |(v, si): (&Variable, &f64)| Ok(format!("{} = \"{:?} {}\"", v.name, units::express(*si, &v.unit, v.dimension)?, v.unit));
+        let value = |(v, si): (&DescribedVariable, &f64)| {
+            Ok(format!("{} = \"{:?} {}\"", v.name, units::express(*si, &v.unit, v.dimension)?, v.unit))
+        };
         let all = machine.variables.iter().zip(row.condition.si()).filter(|(v, _)| has(v)).map(value).collect::<Result<Vec<String>>>()?;
         let condition = format!("{{ {} }}", all.join(", "));
         if !conditions.contains(&condition) && conditions.len() < MOST_CONDITIONS {

@@ -1,9 +1,9 @@
 //! Conditions of measured data that the machine file does not expect: most often a wrong unit in a header.
 
-use super::Row;
+use super::ReadingRow;
 use coldplate_base::numbers::significant;
 use coldplate_base::units::express;
-use coldplate_describe::machine::{Machine, Variable};
+use coldplate_describe::machine::{DescribedVariable, Machine};
 
 /// Largest excess beyond either end of a range, as a share of its width, at which the range counts as kept. Chosen: room for
 /// readings at the ends.
@@ -13,14 +13,14 @@ const SLACK: f64 = 0.01;
 const FAR: f64 = 1.0;
 
 /// A remark for each variable whose values leave the range that the machine file gives it.
-pub(super) fn remarks(rows: &[Row], machine: &Machine) -> Vec<String> {
+pub(super) fn remarks(rows: &[ReadingRow], machine: &Machine) -> Vec<String> {
     machine.variables.iter().enumerate().filter_map(|(v, variable)| remark(rows, v, variable)).collect()
 }
 
-fn remark(rows: &[Row], v: usize, variable: &Variable) -> Option<String> {
+fn remark(rows: &[ReadingRow], v: usize, variable: &DescribedVariable) -> Option<String> {
     let (low, high) = variable.range?;
     let width = (high - low).max(f64::MIN_POSITIVE);
-    let beyond = |row: &Row| (low - row.condition.si()[v]).max(row.condition.si()[v] - high) / width;
+    let beyond = |row: &ReadingRow| (low - row.condition.si()[v]).max(row.condition.si()[v] - high) / width;
     let outside = rows.iter().filter(|row| beyond(row) > SLACK).count();
     let farthest = rows.iter().max_by(|a, b| beyond(a).total_cmp(&beyond(b))).filter(|_| outside > 0)?;
     let shown = |si: f64| significant(express(si, &variable.unit, variable.dimension).unwrap_or(si), 6);

@@ -7,7 +7,7 @@
 //! separate. In a year of a hall's weather or of a machine's duty, some condition turns in nearly every row that is left. So
 //! many readings inform no more than an even choice of them.
 
-use super::{Data, Row};
+use super::{Data, ReadingRow};
 
 /// Readings of logs that are looked at, count: further rows between others repeat the information. Chosen with the days of two
 /// heaters on a board in view (docs/record/diagnosis-measured.md).
@@ -87,7 +87,7 @@ fn kept(data: &Data, stride: usize, bent: f64) -> Vec<bool> {
         let own: Vec<usize> = (0..data.rows.len()).filter(|r| data.rows[*r].test == test).collect();
         let ranges = ranges(data, &own);
         let ends: Vec<usize> = (0..own.len()).filter(|i| even[own[*i]]).collect();
-        ends.windows(2).for_each(|pair| keep_turns(data, &own[pair[0]..=pair[1]], (&ranges, bent), &mut kept));
+        ends.windows(2).for_each(|pair| keep_turns(data, &own[pair[0]..=pair[1]], &ranges, bent, &mut kept));
     }
     kept
 }
@@ -113,24 +113,24 @@ fn ranges(data: &Data, own: &[usize]) -> Vec<f64> {
 }
 
 /// Keeps the rows between the first and the last of some without which a straight line would miss a condition.
-fn keep_turns(data: &Data, rows: &[usize], (ranges, bent): (&[f64], f64), kept: &mut [bool]) {
+fn keep_turns(data: &Data, rows: &[usize], ranges: &[f64], bent: f64, kept: &mut [bool]) {
     let (first, last) = (&data.rows[rows[0]], &data.rows[rows[rows.len() - 1]]);
     let missed = |(i, r): (usize, &usize)| (i + 1, off(&data.rows[*r], first, last, ranges));
     let inner = rows[1..rows.len().max(2) - 1].iter().enumerate().map(missed);
     let Some((worst, most)) = inner.max_by(|a, b| a.1.total_cmp(&b.1)) else { return };
     if most > bent {
         kept[rows[worst]] = true;
-        keep_turns(data, &rows[..=worst], (ranges, bent), kept);
-        keep_turns(data, &rows[worst..], (ranges, bent), kept);
+        keep_turns(data, &rows[..=worst], ranges, bent, kept);
+        keep_turns(data, &rows[worst..], ranges, bent, kept);
     }
 }
 
 /// Distance of a row's conditions from a straight line between two rows, as the largest share of a range.
-fn off(row: &Row, first: &Row, last: &Row, ranges: &[f64]) -> f64 {
-    let time = |row: &Row| row.time.unwrap_or(0.0);
+fn off(row: &ReadingRow, first: &ReadingRow, last: &ReadingRow, ranges: &[f64]) -> f64 {
+    let time = |row: &ReadingRow| row.time.unwrap_or(0.0);
     let share = if time(last) > time(first) { (time(row) - time(first)) / (time(last) - time(first)) } else { 0.0 };
     let of = |(v, range): (usize, &f64)| {
-        let at = |row: &Row| row.condition.si()[v];
+        let at = |row: &ReadingRow| row.condition.si()[v];
         if *range > 0.0 { (at(row) - at(first) - share * (at(last) - at(first))).abs() / range } else { 0.0 }
     };
     ranges.iter().enumerate().map(of).fold(0.0, f64::max)
@@ -144,7 +144,7 @@ mod tests {
     /// A thousand rows are thinned to a hundred, plus both sides of a step.
     #[test]
     fn steps_stay() {
-        let row = |i: usize| Row {
+        let row = |i: usize| ReadingRow {
             test: "a".into(),
             time: Some(i as f64),
             condition: Condition::from_si(vec![if i < 437 { 1.0 } else { 2.0 }]),
@@ -168,7 +168,7 @@ mod tests {
     /// If a condition turns in every row, all rows drive the machine, and at most twice the readings are compared.
     #[test]
     fn restless_conditions_are_driven_through_and_not_all_compared() {
-        let row = |i: usize| Row {
+        let row = |i: usize| ReadingRow {
             test: "a".into(),
             time: Some(i as f64),
             condition: Condition::from_si(vec![f64::from(u8::from(i.is_multiple_of(2)))]),

@@ -30,7 +30,7 @@ pub struct VariableUncertainty {
 
 /// Standard deviations of readings and conditions.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Uncertainty {
+pub struct MeasurementUncertainty {
     /// Noise of each sensor, new in every reading, K or um, in the order of [`Data::sensors`].
     pub noise: Vec<f64>,
     /// Bias of each sensor, constant in all its readings, K or um.
@@ -47,7 +47,7 @@ pub struct Uncertainty {
     pub file: Option<PathBuf>,
 }
 
-impl Uncertainty {
+impl MeasurementUncertainty {
     /// Uncertainty from `DATA.toml` beside `data`, or usual values.
     ///
     /// # Errors
@@ -59,7 +59,7 @@ impl Uncertainty {
 
     /// The usual limits of the instruments of such tests.
     pub fn usual(data: &Data, machine: &Machine) -> Self {
-        let variable = |v: &coldplate_describe::machine::Variable| {
+        let variable = |v: &coldplate_describe::machine::DescribedVariable| {
             let absolute = if v.dimension == Dimension::TEMPERATURE {
                 RECTANGULAR * USUAL_KELVIN
             } else if v.dimension == Dimension::VOLUME_FLOW {
@@ -101,7 +101,7 @@ impl Uncertainty {
     /// ```
     ///
     /// # Errors
-    /// Errors of [`Uncertainty::beside`].
+    /// Errors of [`MeasurementUncertainty::beside`].
     pub fn read(path: &Path, data: &Data, machine: &Machine) -> Result<Self> {
         let document = Document::read(path)?;
         let root = document.root();
@@ -110,9 +110,8 @@ impl Uncertainty {
         let scale = match root.opt("kind") {
             Some(kind) => [RECTANGULAR, 1.0][kind.choice(&["limits", "standard deviations"])?],
             None => {
-                return Err(root
-                    .error("the kind of the numbers is missing")
-                    .help("write kind = \"limits\" or kind = \"standard deviations\""));
+                let error = root.error("the file does not say whether its numbers are limits or standard deviations");
+                return Err(error.help("write kind = \"limits\" or kind = \"standard deviations\""));
             }
         };
         let spread = |section: &Section<'_>, key: &str, of: Measurand| -> Result<Option<f64>> {

@@ -13,7 +13,7 @@
 //! the readings ([`super::filter`]).
 
 use super::filter::Wandering;
-use super::{Data, Uncertainty, whiten};
+use super::{Data, MeasurementUncertainty, whiten};
 
 /// Correlation time over the length of a test if none is learnt; dimensionless. Chosen with data such as those of the hot-water
 /// pipe in view (docs/record/diagnosis-measured.md).
@@ -21,7 +21,7 @@ pub const CORRELATION: f64 = 0.02;
 
 /// Every sensor's clock error in each test (columns of unit variance, one entry per reading, K), and its wandering error.
 #[derive(Debug, Clone, Default)]
-pub struct Errors {
+pub struct LogErrors {
     /// Errors of the clock, one column per test, K.
     pub clock: Vec<Vec<f64>>,
     /// Wandering errors of every sensor in every test.
@@ -29,9 +29,9 @@ pub struct Errors {
 }
 
 /// Errors of logs; none for steady tables. `model` is the standard deviation of an error that does not depend on the rate, K,
-/// beside [`Uncertainty::model`]. `predicted` are the model's readings, K.
-pub fn errors(data: &Data, uncertainty: &Uncertainty, model: f64, predicted: &[f64]) -> Errors {
-    let mut found = Errors::default();
+/// beside [`MeasurementUncertainty::model`]. `predicted` are the model's readings, K.
+pub fn errors(data: &Data, uncertainty: &MeasurementUncertainty, model: f64, predicted: &[f64]) -> LogErrors {
+    let mut found = LogErrors::default();
     if !data.is_transient() {
         return found;
     }

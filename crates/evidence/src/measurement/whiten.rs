@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::filter::{Filter, Wandering};
-use super::{Data, Uncertainty};
+use super::{Data, MeasurementUncertainty};
 use coldplate_base::units::Measurand;
 use coldplate_describe::machine::Machine;
 
@@ -94,7 +94,7 @@ impl Whitener {
     /// Whitening by the covariance of `data` under `uncertainty`. `slopes` are derivatives of each reading (rows of data, then
     /// sensors, missing ones left out) with respect to the condition variables, K per SI unit. Errors of conditions are one per
     /// row in steady tables, one per test in logs.
-    pub fn of(data: &Data, uncertainty: &Uncertainty, slopes: &[Vec<f64>]) -> Self {
+    pub fn of(data: &Data, uncertainty: &MeasurementUncertainty, slopes: &[Vec<f64>]) -> Self {
         Self::new(&deviations(data, uncertainty), &common_errors(data, uncertainty, slopes))
     }
 
@@ -137,17 +137,17 @@ impl Whitener {
 }
 
 /// Standard deviation of each reading's independent error, K.
-pub fn deviations(data: &Data, uncertainty: &Uncertainty) -> Vec<f64> {
+pub fn deviations(data: &Data, uncertainty: &MeasurementUncertainty) -> Vec<f64> {
     places(data).iter().map(|(_, k)| uncertainty.noise[*k].hypot(uncertainty.model)).collect()
 }
 
 /// Uncorrelated part of each reading's error, K: reading noise. In logs the rest wanders ([`super::wander`]).
-pub fn noise(data: &Data, uncertainty: &Uncertainty) -> Vec<f64> {
+pub fn noise(data: &Data, uncertainty: &MeasurementUncertainty) -> Vec<f64> {
     places(data).iter().map(|(_, k)| uncertainty.noise[*k]).collect()
 }
 
 /// Errors common to several readings, each of unit variance: sensor biases and errors of conditions; see [`Whitener::of`].
-pub fn common_errors(data: &Data, uncertainty: &Uncertainty, slopes: &[Vec<f64>]) -> Vec<Vec<f64>> {
+pub fn common_errors(data: &Data, uncertainty: &MeasurementUncertainty, slopes: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let places = places(data);
     let mut common: Vec<Vec<f64>> = Vec::new();
     for (k, bias) in uncertainty.bias.iter().enumerate() {
@@ -173,7 +173,7 @@ pub fn common_errors(data: &Data, uncertainty: &Uncertainty, slopes: &[Vec<f64>]
 
 /// Place of each reading: row of the data and position of its sensor, missing ones left out.
 pub fn places(data: &Data) -> Vec<(usize, usize)> {
-    let of_row = |(r, row): (usize, &super::Row)| -> Vec<(usize, usize)> {
+    let of_row = |(r, row): (usize, &super::ReadingRow)| -> Vec<(usize, usize)> {
         row.readings.iter().enumerate().filter(|(_, t)| t.is_some()).map(|(k, _)| (r, k)).collect()
     };
     data.rows.iter().enumerate().flat_map(of_row).collect()

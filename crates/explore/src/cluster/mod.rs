@@ -46,14 +46,14 @@ pub struct ClusterOptions {
 #[allow(missing_docs)]
 pub struct ClusterRecord {
     pub parts: usize,
-    pub rounds: Vec<Round>,
+    pub rounds: Vec<JobArray>,
     pub merged: Merged,
 }
 
 /// One array of jobs.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 #[allow(missing_docs)]
-pub struct Round {
+pub struct JobArray {
     pub job: String,
     /// Parts that were submitted.
     pub tasks: usize,
@@ -154,7 +154,7 @@ impl<'a> Campaign<'a> {
             for (how, count) in &incomplete {
                 self.progress.say(&format!("job {job}: {count} of {} tasks ended before their parts were done: {how}", ended.len()));
             }
-            rounds.push(Round { job, tasks: tasks.len(), incomplete, brought, avoided: avoided.clone() });
+            rounds.push(JobArray { job, tasks: tasks.len(), incomplete, brought, avoided: avoided.clone() });
             let more = failed_nodes(&ended, &lacking);
             if let Some(first) = more.iter().find(|node| !avoided.contains(*node)) {
                 self.progress.say(&format!("tasks failed on {first}: their open conditions are run on other nodes"));
@@ -258,7 +258,7 @@ impl<'a> Campaign<'a> {
         }
     }
 
-    fn stuck(&self, lacking: &[usize], last: Option<&Round>) -> Error {
+    fn stuck(&self, lacking: &[usize], last: Option<&JobArray>) -> Error {
         let how: Vec<&str> = last.iter().flat_map(|round| round.incomplete.keys().map(String::as_str)).collect();
         let log = lacking.first().map(|part| self.own.join(format!("{part}.log")));
         let said = log.as_ref().and_then(|log| {

@@ -5,14 +5,14 @@ use std::time::Duration;
 
 use super::cache::{self, Key};
 use super::licence::Licence;
-use super::reading::{Reading, expression};
+use super::reading::{ResultReading, expression};
 use super::template::Template;
 use super::{Carried, Program, Version};
 use coldplate_base::document::{Section, Value};
 use coldplate_base::error::Result;
 use coldplate_base::input;
 use coldplate_base::units::Dimension;
-use coldplate_describe::machine::Variable;
+use coldplate_describe::machine::DescribedVariable;
 
 /// Ending that a template loses in the folder of a run.
 const ENDING: &str = ".template";
@@ -26,7 +26,7 @@ impl Program {
     /// # Errors
     /// No command or no point; a template, a file or an expression that cannot be read; a place in a template that cannot be
     /// filled; a variable that is needed and stands in none.
-    pub fn read(root: &Section<'_>, folder: &Path, variables: &[Variable], is_needed: impl Fn(usize) -> bool) -> Result<Self> {
+    pub fn read(root: &Section<'_>, folder: &Path, variables: &[DescribedVariable], is_needed: impl Fn(usize) -> bool) -> Result<Self> {
         let section = root.section("solver")?;
         let argument = |value: &Value<'_>| Template::parse(&value.text()?, None, variables).map_err(|e| value.place(e));
         let command: Vec<Template> = words(&section, "command")?
@@ -53,7 +53,7 @@ impl Program {
         let keep = section.opt_flag("keep")?.unwrap_or(false);
         let mut readings = Vec::new();
         for (name, section) in root.sections("point")? {
-            readings.push(Reading::read(&name, section)?);
+            readings.push(ResultReading::read(&name, section)?);
         }
         if readings.is_empty() {
             return Err(root
@@ -62,7 +62,7 @@ impl Program {
         }
         let named: Vec<usize> = templates.iter().map(|(_, t)| t).chain(&command).flat_map(Template::variables).collect();
         if let Some(variable) = (0..variables.len()).find(|v| is_needed(*v) && !named.contains(v)) {
-            let Variable { name, unit, .. } = &variables[variable];
+            let DescribedVariable { name, unit, .. } = &variables[variable];
             return Err(section
                 .error_at("templates", format!("the variable '{name}' stands in no template and in no argument of the command"))
                 .help(format!("write {{{{{name}:{unit}}}}} where the program expects it")));
@@ -96,7 +96,7 @@ impl Program {
         let mut texts = vec![format!("{:?}", self.command)];
         texts.extend(self.templates.iter().map(|(name, template)| format!("{name} {template:?}")));
         texts.extend(self.files.iter().map(|file| format!("{} {}", file.name, file.hash)));
-        texts.extend(self.readings.iter().map(Reading::key));
+        texts.extend(self.readings.iter().map(ResultReading::key));
         texts.push(self.not_converged.as_ref().map_or(String::new(), |expression| expression.as_str().into()));
         texts
     }
@@ -127,7 +127,7 @@ fn version(section: &Section<'_>) -> Result<Option<Vec<String>>> {
 }
 
 /// Templates by their names in the folder of a run.
-fn templates(section: &Section<'_>, folder: &Path, variables: &[Variable]) -> Result<Vec<(String, Template)>> {
+fn templates(section: &Section<'_>, folder: &Path, variables: &[DescribedVariable]) -> Result<Vec<(String, Template)>> {
     let listed = section.opt_list("templates")?.unwrap_or_default();
     let read = listed.iter().map(|value| {
         let path = folder.join(value.text()?);

@@ -16,8 +16,8 @@ mod stop;
 mod template;
 
 pub use failure::Class;
-pub use reading::Reading;
-pub use template::Values;
+pub use reading::ResultReading;
+pub use template::TemplateValues;
 
 use std::fs::File;
 use std::io::Write;
@@ -29,7 +29,7 @@ use regex::Regex;
 
 use cache::{Cache, Key};
 use coldplate_base::error::{Error, Result};
-use coldplate_describe::machine::{Point, Variable};
+use coldplate_describe::machine::{DescribedVariable, PointColumn};
 use failure::Failure;
 use licence::Licence;
 use process::Ended;
@@ -55,7 +55,7 @@ pub struct Program {
     /// SHA-256 of everything that results depend on beside the condition and the program's version, in hexadecimal.
     pub hash: String,
     /// Results that are read after a run.
-    pub readings: Vec<Reading>,
+    pub readings: Vec<ResultReading>,
     /// Runs at once in this process, if the sweep file states it.
     pub at_once: Option<usize>,
     version: Version,
@@ -65,7 +65,7 @@ pub struct Program {
     /// Templates by their names in the folder of a run.
     templates: Vec<(String, Template)>,
     files: Vec<Carried>,
-    variables: Vec<Variable>,
+    variables: Vec<DescribedVariable>,
     limit: Option<Duration>,
     retries: usize,
     not_converged: Option<Regex>,
@@ -103,7 +103,7 @@ pub struct Workshop<'a> {
 
 impl Program {
     /// Measurement points of the results, as they stand in tables.
-    pub fn points(&self) -> Vec<Point> {
+    pub fn points(&self) -> Vec<PointColumn> {
         self.readings.iter().map(|reading| reading.point.clone()).collect()
     }
 
@@ -182,7 +182,7 @@ impl Workshop<'_> {
     /// # Errors
     /// The run failed: its [`Class`] begins the message. Or files could not be written or the program not be started: such an
     /// error has a source, and is no result of the condition.
-    pub fn solve(&self, values: Values<'_>) -> Result<Vec<f64>> {
+    pub fn solve(&self, values: TemplateValues<'_>) -> Result<Vec<f64>> {
         let program = self.program;
         let inputs = self.inputs(values)?;
         if let Some(known) = self.cache.get(&inputs.key, program.readings.len()) {
@@ -206,7 +206,7 @@ impl Workshop<'_> {
         }
     }
 
-    fn inputs(&self, values: Values<'_>) -> Result<Inputs> {
+    fn inputs(&self, values: TemplateValues<'_>) -> Result<Inputs> {
         let program = self.program;
         let render = |template: &Template| template.render(values, &program.variables);
         let arguments: Vec<String> = program.command.iter().map(render).collect::<Result<_>>()?;

@@ -8,14 +8,14 @@ use super::failure::{Class, Failure};
 use coldplate_base::document::{Section, Value};
 use coldplate_base::error::{Error, Result};
 use coldplate_base::units::{self, Dimension};
-use coldplate_describe::machine::Point;
+use coldplate_describe::machine::PointColumn;
 use coldplate_tables::Table;
 
 /// A result that is read after a run.
 #[derive(Debug, Clone)]
-pub struct Reading {
+pub struct ResultReading {
     /// The point as it stands in the table.
-    pub point: Point,
+    pub point: PointColumn,
     /// Value in place of a missing result, in the unit of the point.
     pub recover: Option<f64>,
     /// Unit of the number in the file.
@@ -34,7 +34,7 @@ enum Place {
     Pattern { expression: Regex, is_first: bool },
 }
 
-impl Reading {
+impl ResultReading {
     /// Reads `[point.NAME]`.
     ///
     /// # Errors
@@ -52,8 +52,8 @@ impl Reading {
             dimension = Dimension::TEMPERATURE;
         }
         let point = match dimension {
-            Dimension::TEMPERATURE => Point::temperature(name),
-            _ => Point { name: name.into(), unit: unit.clone(), dimension },
+            Dimension::TEMPERATURE => PointColumn::temperature(name),
+            _ => PointColumn { name: name.into(), unit: unit.clone(), dimension },
         };
         let place = place(&section)?;
         let file = PathBuf::from(section.opt_text("file")?.unwrap_or_else(|| super::process::STDOUT.into()));
@@ -133,7 +133,7 @@ pub(super) fn expression(value: &Value<'_>) -> Result<Regex> {
     })
 }
 
-fn recovered(value: &Value<'_>, point: &Point) -> Result<f64> {
+fn recovered(value: &Value<'_>, point: &PointColumn) -> Result<f64> {
     let si = value.quantity(point.dimension)?;
     units::express(si, &point.unit, point.dimension).map_err(|e| value.place(e))
 }
@@ -189,7 +189,7 @@ mod tests {
     fn value(keys: &str, text: &str) -> std::result::Result<f64, String> {
         let document = Document::parse(&format!("[point.tip]\n{keys}"), "s.toml").unwrap();
         let (name, section) = document.root().sections("point").unwrap().remove(0);
-        let reading = Reading::read(&name, section).unwrap();
+        let reading = ResultReading::read(&name, section).unwrap();
         let folder = std::env::temp_dir().join(format!("coldplate-reading-{}-{}", std::process::id(), keys.len() + 1000 * text.len()));
         std::fs::create_dir_all(&folder).unwrap();
         std::fs::write(folder.join("r"), text).unwrap();

@@ -5,7 +5,7 @@ use std::path::Path;
 use coldplate_base::document::suggestion;
 use coldplate_base::error::{Error, Result};
 use coldplate_base::units;
-use coldplate_describe::machine::Variable;
+use coldplate_describe::machine::DescribedVariable;
 
 /// Text that opens a place for a value.
 const OPEN: &str = "{{";
@@ -14,10 +14,10 @@ const CLOSE: &str = "}}";
 
 /// A condition in SI and as it stands in the table, one value per variable in its own unit.
 #[derive(Debug, Clone, Copy)]
-pub struct Values<'a> {
-    /// Values in SI.
+pub struct TemplateValues<'a> {
+    /// TemplateValues in SI.
     pub si: &'a [f64],
-    /// Values in the variables' own units.
+    /// TemplateValues in the variables' own units.
     pub shown: &'a [f64],
 }
 
@@ -38,7 +38,7 @@ impl Template {
     ///
     /// # Errors
     /// A place that is not closed, has no unit, names no variable, or a unit that is not one of the variable.
-    pub(super) fn parse(text: &str, file: Option<&Path>, variables: &[Variable]) -> Result<Self> {
+    pub(super) fn parse(text: &str, file: Option<&Path>, variables: &[DescribedVariable]) -> Result<Self> {
         let (mut pieces, mut rest) = (Vec::new(), text);
         while let Some((before, after)) = rest.split_once(OPEN) {
             let line = 1 + text[..text.len() - after.len()].matches('\n').count();
@@ -58,7 +58,7 @@ impl Template {
     ///
     /// # Errors
     /// A unit that cannot be expressed, which [`Template::parse`] has ruled out.
-    pub(super) fn render(&self, values: Values<'_>, variables: &[Variable]) -> Result<String> {
+    pub(super) fn render(&self, values: TemplateValues<'_>, variables: &[DescribedVariable]) -> Result<String> {
         let piece = |piece: &Piece| match piece {
             Piece::Text(text) => Ok(text.clone()),
             Piece::Value { variable, unit } if *unit == variables[*variable].unit => Ok(number(values.shown[*variable])),
@@ -75,7 +75,7 @@ impl Template {
     }
 }
 
-fn value(place: &str, variables: &[Variable]) -> Result<Piece> {
+fn value(place: &str, variables: &[DescribedVariable]) -> Result<Piece> {
     let (name, unit) = place.split_once(':').map_or((place.trim(), ""), |(name, unit)| (name.trim(), unit.trim()));
     let known: Vec<&str> = variables.iter().map(|v| v.name.as_str()).collect();
     let variable = known
@@ -108,9 +108,14 @@ mod tests {
     use super::*;
     use coldplate_base::units::Dimension;
 
-    fn variables() -> Vec<Variable> {
-        let variable =
-            |name: &str, unit: &str, dimension| Variable { name: name.into(), unit: unit.into(), dimension, default: None, range: None };
+    fn variables() -> Vec<DescribedVariable> {
+        let variable = |name: &str, unit: &str, dimension| DescribedVariable {
+            name: name.into(),
+            unit: unit.into(),
+            dimension,
+            default: None,
+            range: None,
+        };
         vec![variable("coolant_flow", "L/min", Dimension::VOLUME_FLOW), variable("inlet", "degC", Dimension::TEMPERATURE)]
     }
 
@@ -118,7 +123,7 @@ mod tests {
     fn values_stand_in_the_unit_of_their_place() {
         let text = "q = {{coolant_flow:L/min}}\nQ = {{ coolant_flow : m3/s }}, T = {{inlet:K}}\n";
         let template = Template::parse(text, Some(Path::new("deck.inp")), &variables()).unwrap();
-        let values = Values { si: &[9.42 / 6e4, 293.65], shown: &[9.42, 20.5] };
+        let values = TemplateValues { si: &[9.42 / 6e4, 293.65], shown: &[9.42, 20.5] };
         assert_eq!(template.render(values, &variables()).unwrap(), "q = 9.42\nQ = 0.000157, T = 293.65\n");
         assert_eq!(number(1.5e-7), "1.5e-7");
     }

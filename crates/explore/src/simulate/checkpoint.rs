@@ -6,7 +6,8 @@
 
 use std::path::Path;
 
-use super::passing::{Crossing, Extent, Passed, Passing, Watch};
+use super::passing::{Extent, FirstPassings, Passed, Passing, Watch};
+use super::recorder::Observations;
 use super::settle::Settling;
 use super::stretch::Fronts;
 use super::{SimulateOptions, Start};
@@ -17,27 +18,10 @@ use coldplate_base::{atomic_file, input};
 use coldplate_network::Network;
 use coldplate_solve::meshed::MeshedMachine;
 use coldplate_solve::transient::parcels::Parcel;
-use coldplate_solve::transient::{Before, Energy, Passing as HeatPassing, TransientState};
+use coldplate_solve::transient::{Before, Energy, HeatPassing, TransientState};
 
 /// First line of a checkpoint: name and version of the format.
 const MAGIC: &[u8] = b"coldplate checkpoint 5\n";
-
-/// Results of a run so far.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Progress {
-    /// Readings at the first stops, K.
-    pub(super) readings: Vec<Vec<f64>>,
-    /// Heat flows at the first stops, W.
-    pub(super) heat_flows: Vec<Vec<f64>>,
-    /// Steady readings at the last condition, K.
-    pub(super) steady: std::result::Result<Vec<f64>, String>,
-    /// Time since when the readings have been near the steady ones.
-    pub(super) settling: Settling,
-    /// Values that have been passed.
-    pub(super) passing: Passing,
-    /// Fronts in the water since the last corner.
-    pub(super) fronts: Fronts,
-}
 
 /// Identity of a run: name and value of everything that decides its numbers.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -71,7 +55,7 @@ impl Identity {
 ///
 /// # Errors
 /// Errors of [`atomic_file::write`].
-pub(super) fn write(path: &Path, identity: &Identity, state: &TransientState, progress: &Progress) -> Result<()> {
+pub(super) fn write(path: &Path, identity: &Identity, state: &TransientState, fronts: Fronts, seen: &Observations) -> Result<()> {
     let mut to = Encoder(MAGIC.to_vec());
     to.count(identity.0.len());
     for (name, value) in &identity.0 {
@@ -93,25 +77,25 @@ pub(super) fn write(path: &Path, identity: &Identity, state: &TransientState, pr
         [temperatures, between, variables, flow].into_iter().for_each(|values| to.numbers(values));
         to.numbers(&[*length, *time, passing.entering, passing.leaving]);
     }
-    to.number(progress.fronts.until);
-    to.count(usize::from(progress.fronts.are_near));
-    to.count(progress.readings.len());
-    progress.readings.iter().for_each(|readings| to.numbers(readings));
-    to.count(progress.heat_flows.len());
-    progress.heat_flows.iter().for_each(|heats| to.numbers(heats));
-    match &progress.steady {
+    to.number(fronts.until);
+    to.count(usize::from(fronts.are_near));
+    to.count(seen.readings.len());
+    seen.readings.iter().for_each(|readings| to.numbers(readings));
+    to.count(seen.heat_flows.len());
+    seen.heat_flows.iter().for_each(|heats| to.numbers(heats));
+    match &seen.steady {
         Ok(steady) => {
             to.text("");
             to.numbers(steady);
         }
         Err(reason) => to.text(reason),
     }
-    to.number(progress.settling.within);
-    to.number(progress.settling.time);
-    to.numbers(&progress.settling.distances);
-    to.numbers(&progress.settling.since);
-    to.count(progress.passing.found.len());
-    for crossing in &progress.passing.found {
+    to.number(seen.settling.within);
+    to.number(seen.settling.time);
+    to.numbers(&seen.settling.distances);
+    to.numbers(&seen.settling.since);
+    to.count(seen.passing.found.len());
+    for crossing in &seen.passing.found {
         to.count(crossing.watch.sensor);
         to.number(crossing.watch.value);
         for passed in [crossing.rising, crossing.falling] {
@@ -119,10 +103,10 @@ pub(super) fn write(path: &Path, identity: &Identity, state: &TransientState, pr
             to.number(passed.map_or(f64::NAN, |passed| passed.rate));
         }
     }
-    to.numbers(&progress.passing.extents.iter().flat_map(|e| [e.start, e.first, e.largest, e.at]).collect::<Vec<_>>());
-    to.numbers(&progress.passing.times);
-    to.numbers(&progress.passing.values.concat());
-    to.numbers(&progress.passing.last);
+    to.numbers(&seen.passing.extents.iter().flat_map(|e| [e.start, e.first, e.largest, e.at]).collect::<Vec<_>>());
+    to.numbers(&seen.passing.times);
+    to.numbers(&seen.passing.values.concat());
+    to.numbers(&seen.passing.last);
     let sum = crc32fast::hash(&to.0);
     to.0.extend(sum.to_le_bytes());
     atomic_file::write(path, &to.0)
@@ -132,7 +116,7 @@ pub(super) fn write(path: &Path, identity: &Identity, state: &TransientState, pr
 ///
 /// # Errors
 /// No checkpoint, a damaged one, or one of another run; the message names the difference.
-pub(super) fn read(path: &Path, identity: &Identity, network: &Network, stops: usize) -> Result<(TransientState, Progress)> {
+pub(super) fn read(path: &Path, identity: &Identity, network: &Network, stops: usize) -> Result<(TransientState, Fronts, Observations)> {
     let bytes = input::read(path)?;
     let begin_anew = "to begin anew, leave out --resume or remove the file";
     if !bytes.starts_with(MAGIC) {
@@ -162,19 +146,19 @@ pub(super) fn read(path: &Path, identity: &Identity, network: &Network, stops: u
             }
         }
     }
-    let (state, progress) = from.content().ok_or_else(damaged)?;
+    let (state, fronts, seen) = from.content().ok_or_else(damaged)?;
     let sensors = network.sensors.len();
     let fits = state.temperatures.len() == network.nodes
         && state.before.iter().flat_map(|before| [&before.temperatures, &before.between]).all(|t| t.len() == network.nodes)
         && state.before.iter().all(|before| before.flow.len() == network.solids)
         && state.water.len() == network.streams.len()
-        && (1..=stops).contains(&progress.readings.len())
-        && progress.readings.iter().chain(&progress.steady).all(|r| r.len() == sensors)
-        && progress.heat_flows.len() == progress.readings.len()
-        && progress.heat_flows.iter().all(|heats| heats.len() == network.meters.len())
-        && progress.settling.distances.len() == sensors
-        && progress.settling.since.len() == sensors;
-    if fits { Ok((state, progress)) } else { Err(damaged()) }
+        && (1..=stops).contains(&seen.readings.len())
+        && seen.readings.iter().chain(&seen.steady).all(|r| r.len() == sensors)
+        && seen.heat_flows.len() == seen.readings.len()
+        && seen.heat_flows.iter().all(|heats| heats.len() == network.meters.len())
+        && seen.settling.distances.len() == sensors
+        && seen.settling.since.len() == sensors;
+    if fits { Ok((state, fronts, seen)) } else { Err(damaged()) }
 }
 
 struct Encoder(Vec<u8>);
@@ -240,9 +224,9 @@ impl Decoder<'_> {
             let watch = Watch { sensor: from.count(0)?, value: from.number()? };
             let [rising, falling] = [[from.number()?, from.number()?], [from.number()?, from.number()?]]
                 .map(|[at, rate]| Some(Passed { at, rate, within: None }).filter(|_| !at.is_nan()));
-            Some(Crossing { watch, rising, falling })
+            Some(FirstPassings { watch, rising, falling })
         };
-        let found: Vec<Crossing> = (0..self.count(48)?).map(|_| crossing(self)).collect::<Option<_>>()?;
+        let found: Vec<FirstPassings> = (0..self.count(48)?).map(|_| crossing(self)).collect::<Option<_>>()?;
         let extents = self.numbers()?;
         let extents: Vec<Extent> = extents.chunks_exact(4).map(|e| Extent { start: e[0], first: e[1], largest: e[2], at: e[3] }).collect();
         let (times, values, last) = (self.numbers()?, self.numbers()?, self.numbers()?);
@@ -259,7 +243,7 @@ impl Decoder<'_> {
         Some(Before { temperatures, between, length, time, variables, flow, passing: HeatPassing { entering, leaving } })
     }
 
-    fn content(&mut self) -> Option<(TransientState, Progress)> {
+    fn content(&mut self) -> Option<(TransientState, Fronts, Observations)> {
         let (time, temperatures) = (self.number()?, self.numbers()?);
         let water = (0..self.count(8)?).map(|_| {
             let parcels = self.numbers()?;
@@ -279,6 +263,6 @@ impl Decoder<'_> {
         let passing = self.passing()?;
         let energy = Energy { entered, left, stored };
         let state = TransientState { time, temperatures, water, step, steps, rejected, energy, before };
-        Some((state, Progress { readings, heat_flows, steady, settling, passing, fronts }))
+        Some((state, fronts, Observations { readings, heat_flows, steady, settling, passing }))
     }
 }

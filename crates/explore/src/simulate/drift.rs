@@ -2,10 +2,10 @@
 
 use serde::Serialize;
 
-use super::{History, Subject};
+use super::{History, SimulatedMachine};
 use coldplate_base::units::Measurand;
 use coldplate_base::vector::{cross, dot, norm};
-use coldplate_describe::machine::{Displacement, Reading};
+use coldplate_describe::machine::{Displacement, SensorReading};
 
 /// Length of the first stretch that tests of spindles and axes report on its own, s. Chosen: one hour.
 const FIRST: f64 = 3600.0;
@@ -64,7 +64,7 @@ struct Way {
 
 impl History {
     /// The drift of every displacement of `model`.
-    pub fn drifts(&self, model: &Subject<'_>) -> Vec<Drift> {
+    pub fn drifts(&self, model: &SimulatedMachine<'_>) -> Vec<Drift> {
         let displacements = model.measurands.iter().zip(model.sensors).enumerate().filter(|(_, (own, _))| **own == Measurand::Displacement);
         let drift = |(s, (_, name)): (usize, (&Measurand, &String))| {
             let way = self.way(&|readings| readings[s])?;
@@ -81,10 +81,10 @@ impl History {
     }
 
     /// The drift of every angle that two displacements of `model` tell; none for models that do not know their machine.
-    pub fn tilts(&self, model: &Subject<'_>) -> Vec<Tilt> {
+    pub fn tilts(&self, model: &SimulatedMachine<'_>) -> Vec<Tilt> {
         let place = |name: &String| {
             let sensor = model.machine?.sensors.iter().find(|sensor| sensor.name == *name)?;
-            if let Reading::Displacement(own) = &sensor.reads { Some(own) } else { None }
+            if let SensorReading::Displacement(own) = &sensor.reads { Some(own) } else { None }
         };
         let own: Vec<(usize, &String, &Displacement)> =
             model.sensors.iter().enumerate().filter_map(|(s, name)| Some((s, name, place(name)?))).collect();

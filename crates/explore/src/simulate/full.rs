@@ -1,20 +1,22 @@
 //! A schedule run through the full model.
 
+use std::path::Path;
 use std::time::Instant;
 
-use super::checkpoint::{self, Identity, Progress};
+use super::checkpoint::{self, Identity};
 use super::limits::Limits;
-use super::settle::Settling;
+use super::recorder::Recorder;
 use super::stretch::{Fronts, Stretch, reads_water, unevenness};
-use super::{ENERGY_TOLERANCE, History, PlaceStart, Seen, SimulateOptions, Start, StartPlace, condition_at, shown, stops};
+use super::{ENERGY_TOLERANCE, History, PlaceStart, RunInstant, SimulateOptions, StartPlace, Stop, condition_at, stops};
 use crate::schedule::{Schedule, TIME};
 use coldplate_base::error::{Error, Result};
 use coldplate_describe::machine::{Condition, Machine};
 use coldplate_network::{HeatMeter, Load, Network};
+use coldplate_reduce::Beginning;
 use coldplate_solve::heat_flow::{heat_flows_at, heat_flows_within};
 use coldplate_solve::meshed::MeshedMachine;
 use coldplate_solve::transient::water::residence;
-use coldplate_solve::transient::{Settings, Transient, TransientState};
+use coldplate_solve::transient::{StepSettings, Transient, TransientState};
 
 /// Runs `schedule` through `model`; `seen` is shown the beginning of every stretch between two corners and the end of every
 /// step.
@@ -27,180 +29,251 @@ use coldplate_solve::transient::{Settings, Transient, TransientState};
 /// # Errors
 /// The condition or the water leaves its range, the numerics fail, the energy does not add up, or a checkpoint cannot be
 /// written or belongs to another run.
-pub fn run(model: &MeshedMachine, schedule: &Schedule, options: &SimulateOptions, seen: &mut dyn FnMut(&Seen<'_>)) -> Result<History> {
-    let network = &model.network;
+pub fn run(
+    model: &MeshedMachine,
+    schedule: &Schedule,
+    options: &SimulateOptions,
+    seen: &mut dyn FnMut(&RunInstant<'_>),
+) -> Result<History> {
     let stops = stops(schedule, options.every)?;
-    let load_of =
-        |condition: &Condition, time: f64| Load::at(&model.machine, condition).map_err(|e| e.at_key(format!("the condition at {time} s")));
-    let first = load_of(&schedule.stated(0), schedule.start())?;
-    let settings = Settings { tolerance: options.tolerance, longest: (schedule.end() - schedule.start()) / 20.0, balance: options.balance };
-    let mut transient = Transient::new(network, settings)?;
-    if options.only_outputs {
-        transient = transient.in_strides();
+    let mut run = FullRun::begin(model, schedule, &stops, options)?;
+    for stretch in Stretch::all(schedule, &stops) {
+        // Unless a checkpoint has it.
+        if run.recorder.seen.readings.len() < stretch.range().end {
+            run.advance(&stretch, seen)?;
+        }
     }
-    // A formula of the time may bend between two corners, and steps that go on look less closely there.
-    let bends = model.machine.variables.iter().any(|v| v.name == TIME);
-    let goes_on = options.only_temperatures && !bends;
-    transient = transient.in_steps(options.steps.clone());
-    let checkpoint = options.checkpoint.as_ref().map(|path| (path, Identity::new(model, schedule, options)));
-    let known = match &checkpoint {
-        Some((path, identity)) if options.resume && path.exists() => Some(checkpoint::read(path, identity, network, stops.len())?),
-        _ => None,
-    };
-    // Runs for temperatures alone look for no limits.
-    let limits = Limits::new(if options.only_temperatures { &[] } else { &model.machine.limits }, &network.measurands);
-    let resumed_at = known.as_ref().map(|(state, _)| state.time);
-    let read = |temperatures: &[f64], load: &Load| -> Vec<f64> { network.sensors.iter().map(|s| s.read(temperatures, load)).collect() };
-    // Readings and heat flows at a time not behind that of a state.
-    let output = |state: &TransientState, time: f64, load: &Load| -> Result<(Vec<f64>, Vec<f64>)> {
-        let is_within = time < state.time;
-        let between = if is_within { state.within(time) } else { Vec::new() };
-        let temperatures = if is_within { &between } else { &state.temperatures };
-        let heats = match options.only_temperatures {
+    run.finish()
+}
+
+/// Run of the full model up to a time.
+struct FullRun<'a> {
+    model: &'a MeshedMachine,
+    schedule: &'a Schedule,
+    options: &'a SimulateOptions,
+    transient: Transient<'a>,
+    state: TransientState,
+    recorder: Recorder<'a>,
+    /// Fronts in the water since the last corner.
+    fronts: Fronts,
+    boiling: Vec<Option<Boiling>>,
+    checkpoint: Option<Checkpoint<'a>>,
+    resumed_at: Option<f64>,
+    /// Whether steps go on across rows at which no condition jumps.
+    goes_on: bool,
+    /// Whether steps end at every output in any case.
+    lands_always: bool,
+    has_water_read: bool,
+}
+
+/// File that holds the state of a run.
+struct Checkpoint<'a> {
+    path: &'a Path,
+    identity: Identity,
+    written: Instant,
+}
+
+impl<'a> FullRun<'a> {
+    /// Run at its beginning, or at its checkpoint.
+    fn begin(model: &'a MeshedMachine, schedule: &'a Schedule, stops: &'a [Stop], options: &'a SimulateOptions) -> Result<Self> {
+        let network = &model.network;
+        let first = load_at(model, &schedule.stated(0), schedule.start())?;
+        let longest = (schedule.end() - schedule.start()) / 20.0;
+        let settings = StepSettings { tolerance: options.tolerance, longest, balance: options.balance };
+        let mut transient = Transient::new(network, settings)?.in_steps(options.steps.clone());
+        if options.only_outputs {
+            transient = transient.in_strides();
+        }
+        // A formula of the time may bend between two corners, and steps that go on look less closely there.
+        let bends = model.machine.variables.iter().any(|v| v.name == TIME);
+        let meters_water = !options.only_temperatures && network.meters.iter().any(HeatMeter::is_of_water);
+        // Runs for temperatures alone look for no limits.
+        let limits = Limits::new(if options.only_temperatures { &[] } else { &model.machine.limits }, &network.measurands);
+        let checkpoint = options.checkpoint.as_deref().map(|path| {
+            let identity = Identity::new(model, schedule, options);
+            Checkpoint { path, identity, written: Instant::now() }
+        });
+        let known = match &checkpoint {
+            Some(Checkpoint { path, identity, .. }) if options.resume && path.exists() => {
+                Some(checkpoint::read(path, identity, network, stops.len())?)
+            }
+            _ => None,
+        };
+        let resumed_at = known.as_ref().map(|(state, ..)| state.time);
+        let (state, recorder, fronts) = match known {
+            Some((state, fronts, seen)) => (state, Recorder::resumed(schedule, stops, limits, seen), fronts),
+            None => {
+                let state = initial(model, &transient, schedule, options, &first)?;
+                let steady = if options.only_temperatures {
+                    Err("was not asked for".to_string())
+                } else {
+                    let last = load_at(model, &schedule.last_condition(), schedule.end())?;
+                    transient.from_steady(&last).map(|s| read(network, &s.temperatures, &last)).map_err(|e| e.what().to_string())
+                };
+                let fronts = Fronts { until: state.time, are_near: false };
+                (state, Recorder::new(schedule, stops, limits, options, steady), fronts)
+            }
+        };
+        let mut run = Self {
+            goes_on: options.only_temperatures && !bends,
+            lands_always: transient.is_lumped() || bends || meters_water,
+            has_water_read: network.sensors.iter().any(|sensor| reads_water(network, sensor)),
+            boiling: vec![None; network.streams.len()],
+            model,
+            schedule,
+            options,
+            transient,
+            state,
+            recorder,
+            fronts,
+            checkpoint,
+            resumed_at,
+        };
+        if resumed_at.is_none() {
+            let (readings, heats) = run.output(run.state.time, &first)?;
+            run.recorder.look(run.state.time, &readings, &first.variables);
+            run.recorder.record(readings, heats);
+        }
+        Ok(run)
+    }
+
+    /// Readings (K) and heat flows (W) at a time not behind that of the state.
+    fn output(&self, time: f64, load: &Load) -> Result<(Vec<f64>, Vec<f64>)> {
+        let (network, is_within) = (&self.model.network, time < self.state.time);
+        let between = if is_within { self.state.within(time) } else { Vec::new() };
+        let temperatures = if is_within { &between } else { &self.state.temperatures };
+        let heats = match self.options.only_temperatures {
             true => Vec::new(),
             false if is_within => heat_flows_within(network, load, temperatures),
-            false => heat_flows_at(network, load, state)?,
+            false => heat_flows_at(network, load, &self.state)?,
         };
-        Ok((read(temperatures, load), heats))
-    };
-    let (mut state, mut progress) = match known {
-        Some(known) => known,
-        None => {
-            let mut state = match options.start {
-                Start::Steady => transient.from_steady(&first)?,
-                Start::Uniform(temperature) => transient.uniform(&first, temperature),
-                Start::Readings | Start::Parts => {
-                    return Err(Error::input("a schedule has no readings to begin with").at_key("--from").help("give a temperature"));
-                }
-            };
-            for own in options.places.iter().copied().chain(own_starts(&model.machine, &schedule.stated(0))?) {
-                match own.place {
-                    StartPlace::Part(part) => transient.set_group(&mut state, part, own.temperature),
-                    StartPlace::Node(node) => transient.set_group(&mut state, model.machine.parts.len() + node, own.temperature),
-                    StartPlace::Channel(channel) => transient.set_stream(&mut state, channel, own.temperature),
-                }
-            }
-            state.time = schedule.start();
-            let steady = if options.only_temperatures {
-                Err("was not asked for".to_string())
-            } else {
-                let last = load_of(&schedule.last_condition(), schedule.end())?;
-                transient.from_steady(&last).map(|s| read(&s.temperatures, &last)).map_err(|e| e.what().to_string())
-            };
-            let (readings, heats) = output(&state, state.time, &first)?;
-            let mut settling = Settling::new(options.within, network.sensors.len());
-            settling.see(state.time, &readings, steady.as_deref().ok());
-            let mut passing = limits.passing(&options.watched);
-            passing.see(state.time, &limits.beside(&readings, &first.variables));
-            let fronts = Fronts { until: state.time, are_near: false };
-            (state, Progress { readings: vec![readings], heat_flows: vec![heats], steady, settling, passing, fronts })
-        }
-    };
-    let mut boiling = vec![None; network.streams.len()];
-    let mut clock = Instant::now();
-    let meters_water = !options.only_temperatures && network.meters.iter().any(HeatMeter::is_of_water);
-    let lands_always = transient.is_lumped() || bends || meters_water;
-    let has_water_read = network.sensors.iter().any(|sensor| reads_water(network, sensor));
-    for stretch in Stretch::all(schedule, &stops) {
-        let range = stretch.range();
-        if progress.readings.len() >= range.end {
-            continue; // a checkpoint has it
-        }
+        Ok((read(network, temperatures, load), heats))
+    }
+
+    /// Runs a stretch from corner to corner, from wherever the state is.
+    fn advance(&mut self, stretch: &Stretch<'_>, seen: &mut dyn FnMut(&RunInstant<'_>)) -> Result<()> {
+        let (model, options) = (self.model, self.options);
+        let network = &model.network;
         let (from, until) = stretch.ends();
-        let load = |time: f64| load_of(&stretch.condition(time), time);
-        let mut now = load(state.time)?;
+        let load = |time: f64| load_at(model, &stretch.condition(time), time);
+        let mut now = load(self.state.time)?;
         // Unless the run was taken up in the middle of the stretch.
-        if state.time <= from {
-            state.before = state.before.take().filter(|_| goes_on);
-            let leaves = |load: &Load| residence(network, load, &state.temperatures, &state.water);
-            progress.fronts = Fronts { until: from + leaves(&now)?.max(leaves(&load(until)?)?), are_near: false };
-            progress.passing.corner();
+        if self.state.time <= from {
+            self.state.before = self.state.before.take().filter(|_| self.goes_on);
+            let leaves = |load: &Load| residence(network, load, &self.state.temperatures, &self.state.water);
+            self.fronts = Fronts { until: from + leaves(&now)?.max(leaves(&load(until)?)?), are_near: false };
+            self.recorder.corner();
         }
-        if state.time < until {
-            seen(&Seen { state: &state, condition: &stretch.condition(state.time), load: &now });
-            progress.passing.see(state.time, &limits.beside(&read(&state.temperatures, &now), &now.variables));
+        if self.state.time < until {
+            seen(&RunInstant { state: &self.state, condition: &stretch.condition(self.state.time), load: &now });
+            self.recorder.pass(self.state.time, &read(network, &self.state.temperatures, &now), &now.variables);
         }
-        // Records the readings up to a time.
-        let take = |progress: &mut Progress, state: &TransientState, is_due: &dyn Fn(f64) -> bool| -> Result<()> {
-            while let Some(stop) = stops[..range.end].get(progress.readings.len()).filter(|stop| is_due(stop.time)) {
-                let load = load_of(&condition_at(schedule, stop), stop.time)?;
-                let (readings, heats) = output(state, stop.time, &load)?;
-                if stop.time < state.time {
-                    progress.passing.see(stop.time, &limits.beside(&readings, &load.variables));
-                }
-                progress.settling.see(stop.time, &readings, progress.steady.as_deref().ok());
-                progress.readings.push(readings);
-                progress.heat_flows.push(heats);
-            }
-            Ok(())
-        };
-        while state.time < until {
-            let next = stops[progress.readings.len()].time;
-            let lands = lands_always || progress.fronts.are_near || state.time < progress.fronts.until;
-            let begun = (!lands && has_water_read).then(|| state.clone());
-            let end = transient.towards(&mut state, if lands { next } else { until }, &now, &load)?;
-            progress.fronts.are_near = unevenness(network, &state) > options.tolerance;
-            if let Some(begun) = begun.filter(|_| progress.fronts.are_near && next < state.time) {
-                state = TransientState { rejected: state.rejected + 1, ..begun };
+        while let Some(next) = self.recorder.next_stop().map(|stop| stop.time).filter(|_| self.state.time < until) {
+            let lands = self.lands_always || self.fronts.are_near || self.state.time < self.fronts.until;
+            let begun = (!lands && self.has_water_read).then(|| self.state.clone());
+            let end = self.transient.towards(&mut self.state, if lands { next } else { until }, &now, &load)?;
+            self.fronts.are_near = unevenness(network, &self.state) > options.tolerance;
+            if let Some(begun) = begun.filter(|_| self.fronts.are_near && next < self.state.time) {
+                self.state = TransientState { rejected: self.state.rejected + 1, ..begun };
                 continue;
             }
             now = end;
-            take(&mut progress, &state, &|time| time < state.time)?;
+            self.record(stretch, |time, now| time < now)?;
             if !options.only_temperatures {
-                let readings = read(&state.temperatures, &now);
-                progress.settling.see(state.time, &readings, progress.steady.as_deref().ok());
-                progress.passing.see(state.time, &limits.beside(&readings, &now.variables));
-                see_boiling(network, &now, &state, &mut boiling)?;
+                self.recorder.look(self.state.time, &read(network, &self.state.temperatures, &now), &now.variables);
+                see_boiling(network, &now, &self.state, &mut self.boiling)?;
             }
-            seen(&Seen { state: &state, condition: &stretch.condition(state.time), load: &now });
-            take(&mut progress, &state, &|time| time <= state.time)?;
+            seen(&RunInstant { state: &self.state, condition: &stretch.condition(self.state.time), load: &now });
+            self.record(stretch, |time, now| time <= now)?;
             // If steps end at every output in any case they begin anew there: nothing is lost, and small steps are more exact.
-            if lands_always && !goes_on && state.time >= next {
-                state.before = None;
+            if self.lands_always && !self.goes_on && self.state.time >= next {
+                self.state.before = None;
             }
-            if let Some((path, identity)) = &checkpoint
-                && clock.elapsed() >= options.checkpoint_every
-            {
-                checkpoint::write(path, identity, &state, &progress)?;
-                clock = Instant::now();
+            if self.checkpoint.as_ref().is_some_and(|own| own.written.elapsed() >= options.checkpoint_every) {
+                self.save()?;
             }
         }
-        take(&mut progress, &state, &|time| time <= state.time)?;
+        self.record(stretch, |time, now| time <= now)
     }
-    if let Some((path, identity)) = &checkpoint {
-        checkpoint::write(path, identity, &state, &progress)?;
+
+    /// Records readings and heat flows at the stops of a stretch that are due by their time and that of the state.
+    fn record(&mut self, stretch: &Stretch<'_>, is_due: fn(f64, f64) -> bool) -> Result<()> {
+        while self.recorder.seen.readings.len() < stretch.range().end
+            && let Some(stop) = self.recorder.next_stop().filter(|stop| is_due(stop.time, self.state.time))
+        {
+            let load = load_at(self.model, &condition_at(self.schedule, stop), stop.time)?;
+            let (readings, heats) = self.output(stop.time, &load)?;
+            if stop.time < self.state.time {
+                self.recorder.pass(stop.time, &readings, &load.variables);
+            }
+            self.recorder.settle(stop.time, &readings);
+            self.recorder.record(readings, heats);
+        }
+        Ok(())
     }
-    progress.passing.corner();
-    let open = state.energy.relative();
-    // A comparison that is false for NaN too.
-    if open.is_nan() || open > ENERGY_TOLERANCE.max(2.0 * options.balance) {
-        return Err(Error::numerics(format!(
-            "the energy balance is open: {open:.3e} of it do not add up ({:.6e} J entered, {:.6e} J left, {:.6e} J are stored)",
-            state.energy.entered, state.energy.left, state.energy.stored
-        )));
+
+    /// Writes the checkpoint, if there is one.
+    fn save(&mut self) -> Result<()> {
+        let Some(own) = &mut self.checkpoint else { return Ok(()) };
+        checkpoint::write(own.path, &own.identity, &self.state, self.fronts, &self.recorder.seen)?;
+        own.written = Instant::now();
+        Ok(())
     }
-    let times: Vec<f64> = stops.iter().map(|stop| stop.time).collect();
-    let sensors = &model.machine.sensors;
-    let steady = progress.steady.as_ref().map(|t| sensors.iter().zip(t).map(|(s, t)| s.shows.settled(*t)).collect());
-    let (passes, limits) = limits.found(&progress.passing, None);
-    Ok(History {
-        readings: shown(&model.machine, &times, &progress.readings),
-        temperatures: progress.readings,
-        heat_flows: progress.heat_flows,
-        times,
-        conditions: stops.iter().map(|stop| condition_at(schedule, stop)).collect(),
-        settled: progress.settling.settled(schedule.start(), progress.steady.is_ok()),
-        steady: steady.map_err(String::clone),
-        within: options.within,
-        passes,
-        limits,
-        steps: state.steps,
-        rejected: state.rejected,
-        energy: state.energy,
-        bounds: None,
-        resumed_at,
-        notes: boiling.iter().enumerate().filter_map(|(s, wall)| Some(boiling_note(network, s, (*wall)?))).collect(),
-    })
+
+    /// The history, once the energy adds up.
+    fn finish(mut self) -> Result<History> {
+        self.save()?;
+        let (network, energy) = (&self.model.network, self.state.energy);
+        let open = energy.relative();
+        // A comparison that is false for NaN too.
+        if open.is_nan() || open > ENERGY_TOLERANCE.max(2.0 * self.options.balance) {
+            return Err(Error::numerics(format!(
+                "the energy balance is open: {open:.3e} of it do not add up ({:.6e} J entered, {:.6e} J left, {:.6e} J are stored)",
+                energy.entered, energy.left, energy.stored
+            )));
+        }
+        Ok(History {
+            steps: self.state.steps,
+            rejected: self.state.rejected,
+            energy,
+            resumed_at: self.resumed_at,
+            notes: self.boiling.iter().enumerate().filter_map(|(s, wall)| Some(boiling_note(network, s, (*wall)?))).collect(),
+            ..self.recorder.history(Some(&self.model.machine), None)
+        })
+    }
+}
+
+/// Load at a condition; errors name the time, s.
+fn load_at(model: &MeshedMachine, condition: &Condition, time: f64) -> Result<Load> {
+    Load::at(&model.machine, condition).map_err(|e| e.at_key(format!("the condition at {time} s")))
+}
+
+/// Readings of all sensors, K.
+fn read(network: &Network, temperatures: &[f64], load: &Load) -> Vec<f64> {
+    network.sensors.iter().map(|s| s.read(temperatures, load)).collect()
+}
+
+/// State at the start of a schedule, whose load is `first`.
+fn initial(
+    model: &MeshedMachine,
+    transient: &Transient<'_>,
+    schedule: &Schedule,
+    options: &SimulateOptions,
+    first: &Load,
+) -> Result<TransientState> {
+    let mut state = match options.start.of_schedule()? {
+        Beginning::Steady => transient.from_steady(first)?,
+        Beginning::Uniform(temperature) => transient.uniform(first, temperature),
+    };
+    for own in options.places.iter().copied().chain(own_starts(&model.machine, &schedule.stated(0))?) {
+        match own.place {
+            StartPlace::Part(part) => transient.set_group(&mut state, part, own.temperature),
+            StartPlace::Node(node) => transient.set_group(&mut state, model.machine.parts.len() + node, own.temperature),
+            StartPlace::Channel(channel) => transient.set_stream(&mut state, channel, own.temperature),
+        }
+    }
+    state.time = schedule.start();
+    Ok(state)
 }
 
 /// Boiling at the wall of a stream: time since when, s, and the hottest wall temperature, K.

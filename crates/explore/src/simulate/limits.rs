@@ -1,8 +1,8 @@
 //! The machine's limits over a run: the largest value of each, and the time at which it is first broken.
 
-use super::passing::{Crossing, Passed, Passing, Watch};
+use super::passing::{FirstPassings, Passed, Passing, Watch};
 use coldplate_base::units::Measurand;
-use coldplate_describe::machine::{Limit, LimitKind};
+use coldplate_describe::machine::{LimitKind, MachineLimit};
 use coldplate_solve::meshed::LimitState;
 
 /// A limit over a run.
@@ -20,7 +20,7 @@ pub struct LimitCourse {
 
 /// Values that are watched in a run: the temperatures of all places, followed by the limited quantities.
 pub(super) struct Limits<'a> {
-    limits: &'a [Limit],
+    limits: &'a [MachineLimit],
     measurands: &'a [Measurand],
 }
 
@@ -46,8 +46,13 @@ impl Bounds<'_> {
 
 impl<'a> Limits<'a> {
     /// Limits of a machine, with the measurands of its sensors.
-    pub(super) fn new(limits: &'a [Limit], measurands: &'a [Measurand]) -> Self {
+    pub(super) fn new(limits: &'a [MachineLimit], measurands: &'a [Measurand]) -> Self {
         Self { limits, measurands }
+    }
+
+    /// Number of sensors.
+    pub(super) fn sensors(&self) -> usize {
+        self.measurands.len()
     }
 
     /// Watches of a run: the requested ones, followed by one for the maximum of each limit.
@@ -65,7 +70,7 @@ impl<'a> Limits<'a> {
     }
 
     /// Crossings of the requested watches, and the courses of the limits.
-    pub(super) fn found(&self, passing: &Passing, bounds: Option<&Bounds<'_>>) -> (Vec<Crossing>, Vec<LimitCourse>) {
+    pub(super) fn found(&self, passing: &Passing, bounds: Option<&Bounds<'_>>) -> (Vec<FirstPassings>, Vec<LimitCourse>) {
         let (mut crossings, mut courses) = (passing.found.clone(), Vec::new());
         let of_limits = crossings.split_off(crossings.len().saturating_sub(self.limits.len()));
         let known = |passed: Passed, sensors: &[usize]| {
@@ -102,7 +107,7 @@ impl<'a> Limits<'a> {
         (crossings, courses)
     }
 
-    fn measurand(&self, limit: &Limit) -> Measurand {
+    fn measurand(&self, limit: &MachineLimit) -> Measurand {
         limit.kind.points().next().and_then(|point| self.measurands.get(point)).copied().unwrap_or_default()
     }
 }
@@ -111,8 +116,8 @@ impl<'a> Limits<'a> {
 mod tests {
     use super::*;
 
-    fn limit(name: &str, kind: LimitKind<Vec<usize>>, maximum: f64) -> Limit {
-        Limit { name: name.into(), kind, maximum }
+    fn limit(name: &str, kind: LimitKind<Vec<usize>>, maximum: f64) -> MachineLimit {
+        MachineLimit { name: name.into(), kind, maximum }
     }
 
     /// Two sensors that warm up in straight lines, and the ambient temperature as the only variable.

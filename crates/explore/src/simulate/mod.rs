@@ -7,18 +7,19 @@ mod limits;
 mod options;
 mod passing;
 pub mod record;
+mod recorder;
 mod reduced;
 mod settle;
 mod stepped;
 mod stretch;
 
-use crate::schedule::{Schedule, Segment, TIME};
+use crate::schedule::{Schedule, ScheduleSegment, TIME};
 use coldplate_base::error::{Error, Result};
 use coldplate_base::units::{Measurand, express};
-use coldplate_describe::machine::{Condition, Machine, Variable};
+use coldplate_describe::machine::{Condition, DescribedVariable, Machine};
 use coldplate_network::Load;
 use coldplate_network::{HeatMeter, Network};
-use coldplate_reduce::ReducedModel;
+use coldplate_reduce::{Beginning, ReducedModel};
 use coldplate_solve::meshed::MeshedMachine;
 use coldplate_solve::transient::{Energy, TransientState};
 use coldplate_tables::{Column, Table};
@@ -26,9 +27,9 @@ use coldplate_tables::{Column, Table};
 pub use full::run;
 pub use limits::LimitCourse;
 pub use options::SimulateOptions;
-pub use passing::{Crossing, Passed, Watch};
+pub use passing::{FirstPassings, Passed, Watch};
 pub use reduced::run_reduced;
-pub use stepped::{Follower, run_stepped};
+pub use stepped::{Stepper, run_stepped};
 
 /// Largest open share of the energy over a whole run, dimensionless. Chosen, and stated in docs/method/time-steps.md.
 pub const ENERGY_TOLERANCE: f64 = 1e-8;
@@ -49,6 +50,22 @@ pub enum Start {
     /// For a measured log: every part, node and channel at the mean of the first readings of its own sensors, one without
     /// sensors at the mean of all. A schedule has none.
     Parts,
+}
+
+impl Start {
+    /// Beginning of a schedule.
+    ///
+    /// # Errors
+    /// A start from readings, which a schedule does not have.
+    pub fn of_schedule(self) -> Result<Beginning> {
+        match self {
+            Self::Steady => Ok(Beginning::Steady),
+            Self::Uniform(temperature) => Ok(Beginning::Uniform(temperature)),
+            Self::Readings | Self::Parts => {
+                Err(Error::input("a schedule has no readings to begin with").at_key("--from").help("give a temperature"))
+            }
+        }
+    }
 }
 
 /// Place that begins at a temperature of its own.
@@ -73,7 +90,7 @@ pub struct PlaceStart {
 
 /// The machine at an instant of a run.
 #[derive(Debug, Clone, Copy)]
-pub struct Seen<'a> {
+pub struct RunInstant<'a> {
     /// Time and temperatures.
     pub state: &'a TransientState,
     /// The condition at the instant. A step of the schedule is seen twice, with the condition before and the one behind.
@@ -82,15 +99,15 @@ pub struct Seen<'a> {
     pub load: &'a Load,
 }
 
-/// Subject of a history: a machine with its mesh, a reduced model, or a surrogate that moves.
+/// Machine of a history: a machine with its mesh, a reduced model, or a surrogate that moves.
 #[derive(Debug, Clone, Copy)]
-pub struct Subject<'a> {
+pub struct SimulatedMachine<'a> {
     /// The machine's name.
     pub name: &'a str,
     /// Hash of the machine.
     pub hash: &'a str,
     /// Variables of its conditions.
-    pub variables: &'a [Variable],
+    pub variables: &'a [DescribedVariable],
     /// Names of the sensors.
     pub sensors: &'a [String],
     /// Measurand of each sensor.
@@ -105,7 +122,7 @@ pub struct Subject<'a> {
     pub machine: Option<&'a Machine>,
 }
 
-impl<'a> Subject<'a> {
+impl<'a> SimulatedMachine<'a> {
     fn of(machine: &'a Machine, network: &'a Network, cells: usize) -> Self {
         Self {
             name: &machine.name,
@@ -121,13 +138,13 @@ impl<'a> Subject<'a> {
     }
 }
 
-impl<'a> From<&'a MeshedMachine> for Subject<'a> {
+impl<'a> From<&'a MeshedMachine> for SimulatedMachine<'a> {
     fn from(model: &'a MeshedMachine) -> Self {
         Self::of(&model.machine, &model.network, model.mesh.cells)
     }
 }
 
-impl<'a> From<&'a ReducedModel> for Subject<'a> {
+impl<'a> From<&'a ReducedModel> for SimulatedMachine<'a> {
     fn from(model: &'a ReducedModel) -> Self {
         Self::of(&model.machine, &model.fine.network, model.made.cells)
     }
@@ -153,7 +170,7 @@ pub struct History {
     /// Time after the start at which each sensor has settled for good, s.
     pub settled: Vec<Option<f64>>,
     /// Times at which the watched temperatures were passed.
-    pub passes: Vec<Crossing>,
+    pub passes: Vec<FirstPassings>,
     /// Largest values of the machine's limits, in its order.
     pub limits: Vec<LimitCourse>,
     /// Time steps taken.
@@ -180,7 +197,7 @@ impl History {
     ///
     /// # Errors
     /// A variable's unit cannot be expressed.
-    pub fn table(&self, model: &Subject<'_>) -> Result<Table> {
+    pub fn table(&self, model: &SimulatedMachine<'_>) -> Result<Table> {
         let column = |name: &str, unit: &str, values: Vec<f64>| Column { name: name.into(), unit: unit.into(), values };
         let mut columns = vec![column(TIME, "s", self.times.clone())];
         for (v, variable) in model.variables.iter().enumerate().filter(|(_, v)| v.name != TIME) {
@@ -222,7 +239,7 @@ impl History {
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Stop {
     time: f64,
-    segment: Segment,
+    segment: ScheduleSegment,
 }
 
 /// Readings of a machine's sensors at the temperatures of their places (K, all sensors at each of ascending times, s).
@@ -253,7 +270,7 @@ fn stops(schedule: &Schedule, every: Option<f64>) -> Result<Vec<Stop>> {
             .at_key("--every")
             .help("give a longer interval"));
     }
-    let mut stops = vec![Stop { time: start, segment: Segment { from: start, until: f64::INFINITY, row: 0 } }];
+    let mut stops = vec![Stop { time: start, segment: ScheduleSegment { from: start, until: f64::INFINITY, row: 0 } }];
     for segment in schedule.segments() {
         // A multiple that is a row but for rounding is that row.
         let (from, until) = (((segment.from - start) / every + 1e-9).floor(), ((segment.until - start) / every - 1e-9).floor());

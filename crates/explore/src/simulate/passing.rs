@@ -29,7 +29,7 @@ impl Passed {
 
 /// First passings of a value, from below and from above.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Crossing {
+pub struct FirstPassings {
     /// The watched value.
     pub watch: Watch,
     /// Passing from below.
@@ -55,7 +55,7 @@ pub(super) struct Extent {
 /// error is of higher order than that of the steps. Crossings are searched when a stretch without corners is over.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Passing {
-    pub(super) found: Vec<Crossing>,
+    pub(super) found: Vec<FirstPassings>,
     /// First and largest value of each watch; empty before the first look.
     pub(super) extents: Vec<Extent>,
     /// Times of the present stretch, s, ascending.
@@ -68,7 +68,7 @@ pub(super) struct Passing {
 
 impl Passing {
     pub(super) fn new(watched: &[Watch]) -> Self {
-        let found = watched.iter().map(|watch| Crossing { watch: *watch, rising: None, falling: None }).collect();
+        let found = watched.iter().map(|watch| FirstPassings { watch: *watch, rising: None, falling: None }).collect();
         Self { found, ..Self::default() }
     }
 
@@ -120,7 +120,7 @@ impl Passing {
     }
 }
 
-impl Crossing {
+impl FirstPassings {
     /// A value that is met exactly is not passed yet: a course may begin at the very value.
     fn note(&mut self, before: f64, now: f64, passed: impl Fn() -> Passed) {
         let value = self.watch.value;

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::drift::{Drift, Tilt};
-use super::{Crossing, History, LimitCourse, Passed, Subject};
+use super::{FirstPassings, History, LimitCourse, Passed, SimulatedMachine};
 use coldplate_base::units::Measurand;
 
 /// Temperatures over time.
@@ -136,7 +136,7 @@ pub struct EnergyRecord {
 
 impl History {
     /// The history of `model` for other programs; `seconds` is the time that the run took.
-    pub fn record(&self, model: &Subject<'_>, seconds: f64) -> HistoryRecord {
+    pub fn record(&self, model: &SimulatedMachine<'_>, seconds: f64) -> HistoryRecord {
         let names = || model.sensors.iter().enumerate();
         let course = |(s, name): (usize, &String)| {
             let own = model.measurands[s];
@@ -152,7 +152,7 @@ impl History {
         let shown = |s: usize| self.readings.iter().map(|r| model.measurands[s].shown(r[s])).collect();
         let mut series: BTreeMap<String, Vec<f64>> = names().map(|(s, name)| (name.clone(), shown(s))).collect();
         series.entry("time_s".into()).or_insert_with(|| self.times.clone());
-        let watched = |c: &Crossing, of: Measurand| (model.measurands[c.watch.sensor] == of).then(|| of.shown(c.watch.value));
+        let watched = |c: &FirstPassings, of: Measurand| (model.measurands[c.watch.sensor] == of).then(|| of.shown(c.watch.value));
         let has_displacements = model.measurands.contains(&Measurand::Displacement);
         let bounds = |of: Measurand| {
             let all = self.bounds.as_ref()?;
@@ -160,7 +160,7 @@ impl History {
             Some(own.map(|(s, name)| (name.clone(), all.iter().map(|row| row[s]).collect())).collect())
         };
         let within = |passed: Option<Passed>| passed.and_then(|passed| passed.within);
-        let pass = |c: &Crossing| PassRecord {
+        let pass = |c: &FirstPassings| PassRecord {
             sensor: model.sensors[c.watch.sensor].clone(),
             value_degC: watched(c, Measurand::Temperature),
             value_um: watched(c, Measurand::Displacement),

@@ -1,15 +1,16 @@
 //! A schedule run through any model that moves step by step, such as a surrogate that knows the machine over time.
 
-use super::limits::{Bounds, Limits};
-use super::passing::Passing;
-use super::settle::Settling;
+use std::ops::Range;
+
+use super::limits::Limits;
+use super::recorder::{Recorder, outside};
 use super::stretch::corners;
-use super::{History, SimulateOptions, Start, Stop, condition_at, stops};
+use super::{History, SimulateOptions, condition_at, stops};
 use crate::schedule::Schedule;
 use coldplate_base::error::{Error, Result};
 use coldplate_base::units::Measurand;
-use coldplate_describe::machine::{Condition, Limit};
-use coldplate_solve::transient::Energy;
+use coldplate_describe::machine::{Condition, MachineLimit};
+use coldplate_reduce::Beginning;
 
 /// Steps from output to output while a condition moves, count; each holds the condition of its middle. Chosen: more cost time.
 const PIECES: usize = 16;
@@ -20,12 +21,12 @@ const LOOKS: usize = 8;
 const HALVINGS: usize = 40;
 
 /// A model that moves by steps of one condition each. Temperatures are in K.
-pub trait Follower {
+pub trait Stepper {
     /// Begins at a condition.
     ///
     /// # Errors
-    /// A start that the model does not know, or a condition that it cannot evaluate.
-    fn begin(&mut self, start: Start, condition: &Condition) -> Result<()>;
+    /// A condition that the model cannot evaluate.
+    fn begin(&mut self, beginning: Beginning, condition: &Condition) -> Result<()>;
 
     /// Advances by a time (s) at a condition that holds.
     ///
@@ -36,19 +37,19 @@ pub trait Follower {
     /// Readings of all sensors after a time (s) at a condition that holds. The model stays where it is.
     ///
     /// # Errors
-    /// Errors of [`Follower::advance`].
+    /// Errors of [`Stepper::advance`].
     fn ahead(&self, seconds: f64, condition: &Condition) -> Result<Vec<f64>>;
 
     /// Readings of all sensors now, at a condition.
     ///
     /// # Errors
-    /// Errors of [`Follower::advance`].
+    /// Errors of [`Stepper::advance`].
     fn read(&self, condition: &Condition) -> Result<Vec<f64>>;
 
     /// Readings of all sensors in the steady state of a condition.
     ///
     /// # Errors
-    /// Errors of [`Follower::advance`].
+    /// Errors of [`Stepper::advance`].
     fn steady(&self, condition: &Condition) -> Result<Vec<f64>>;
 
     /// Bound on the error of each reading.
@@ -58,7 +59,7 @@ pub trait Follower {
     fn measurands(&self) -> &[Measurand];
 
     /// Limits on the readings.
-    fn limits(&self) -> &[Limit];
+    fn limits(&self) -> &[MachineLimit];
 
     /// Whether the model was made for a condition.
     fn is_inside(&self, condition: &Condition) -> bool;
@@ -68,128 +69,87 @@ pub trait Follower {
 ///
 /// # Errors
 /// A checkpoint is asked for; parts begin at temperatures of their own; errors of the model.
-pub fn run_stepped(model: &mut dyn Follower, schedule: &Schedule, options: &SimulateOptions) -> Result<History> {
+pub fn run_stepped(model: &mut dyn Stepper, schedule: &Schedule, options: &SimulateOptions) -> Result<History> {
     if options.checkpoint.is_some() {
         return Err(Error::input("this model is run anew sooner than a checkpoint is read").at_key("--checkpoint").help("leave it out"));
     }
     if !options.places.is_empty() {
         return Err(Error::input("parts cannot begin at temperatures of their own here").help("simulate the machine file"));
     }
-    let stops: Vec<Stop> = stops(schedule, options.every)?;
+    let stops = stops(schedule, options.every)?;
     let corners = corners(schedule, &stops);
     let first = schedule.stated(0);
-    model.begin(options.start, &first)?;
-    let mut readings = vec![model.read(&first)?];
+    model.begin(options.start.of_schedule()?, &first)?;
+    let readings = model.read(&first)?;
     let steady = model.steady(&schedule.last_condition()).map_err(|e| e.what().to_string());
     let (limits, measurands) = (model.limits().to_vec(), model.measurands().to_vec());
-    let limits = Limits::new(&limits, &measurands);
-    let mut seen = Sightings {
-        passing: limits.passing(&options.watched),
-        limits,
-        settling: Settling::new(options.within, measurands.len()),
-        steady: steady.as_deref().ok(),
-    };
-    seen.look(schedule.start(), &readings[0], &first);
+    let mut recorder = Recorder::new(schedule, &stops, Limits::new(&limits, &measurands), options, steady);
+    recorder.look(schedule.start(), &readings, first.si());
+    recorder.record(readings, Vec::new());
     let (mut now, mut steps) = (schedule.start(), 0);
     for (at, stop) in stops.iter().enumerate().skip(1) {
         let (begin, end) = (schedule.condition(stop.segment, now), schedule.condition(stop.segment, stop.time));
         if corners.binary_search(&at).is_ok() {
-            seen.passing.corner();
-            seen.look(now, &model.read(&begin)?, &begin);
+            recorder.corner();
+            recorder.look(now, &model.read(&begin)?, begin.si());
         }
         let pieces = if begin == end { 1 } else { PIECES };
         let length = (stop.time - now) / pieces as f64;
         if begin == end {
-            seen.within(model, (now, length), &begin)?;
+            look_ahead(&mut recorder, model, now..stop.time, &begin)?;
         }
         for piece in 0..pieces {
             let middle = schedule.condition(stop.segment, now + (piece as f64 + 0.5) * length);
             model.advance(length, &middle)?;
             let time = if piece + 1 == pieces { stop.time } else { now + (piece as f64 + 1.0) * length };
             let condition = schedule.condition(stop.segment, time);
-            seen.look(time, &model.read(&condition)?, &condition);
+            recorder.look(time, &model.read(&condition)?, condition.si());
         }
         steps += pieces;
         now = stop.time;
-        readings.push(model.read(&condition_at(schedule, stop))?);
+        recorder.record(model.read(&condition_at(schedule, stop))?, Vec::new());
     }
-    seen.passing.corner();
-    let times: Vec<f64> = stops.iter().map(|stop| stop.time).collect();
-    let conditions: Vec<Condition> = stops.iter().map(|stop| condition_at(schedule, stop)).collect();
-    let bounds = vec![model.bounds(); times.len()];
-    let (passes, courses) = seen.limits.found(&seen.passing, Some(&Bounds { times: &times, bounds: &bounds }));
-    let settled = seen.settling.settled(schedule.start(), steady.is_ok());
-    let mut notes = Vec::new();
-    if conditions.iter().any(|condition| !model.is_inside(condition)) {
-        notes.push("the schedule leaves the ranges that the model was made for; the bounds do not hold there".to_string());
-    }
+    let bounds = vec![model.bounds(); stops.len()];
     Ok(History {
-        heat_flows: vec![Vec::new(); times.len()],
-        bounds: Some(bounds),
-        times,
-        conditions,
-        settled,
-        temperatures: readings.clone(),
-        readings,
-        steady,
-        within: options.within,
-        passes,
-        limits: courses,
         steps,
-        rejected: 0,
-        energy: Energy::default(),
-        resumed_at: None,
-        notes,
+        notes: outside(schedule, |condition| model.is_inside(condition)).into_iter().collect(),
+        ..recorder.history(None, Some(bounds))
     })
 }
 
-/// State of a run as far as it was seen.
-struct Sightings<'a> {
-    limits: Limits<'a>,
-    passing: Passing,
-    settling: Settling,
-    /// Steady readings, K.
-    steady: Option<&'a [f64]>,
-}
-
-impl Sightings<'_> {
-    fn look(&mut self, time: f64, readings: &[f64], condition: &Condition) {
-        self.settling.see(time, readings, self.steady);
-        self.passing.see(time, &self.limits.beside(readings, condition.si()));
+/// Looks ahead over a time (s) with a constant condition, and at every passing in it.
+fn look_ahead(recorder: &mut Recorder<'_>, model: &dyn Stepper, time: Range<f64>, condition: &Condition) -> Result<()> {
+    let (begin, length) = (time.start, time.end - time.start);
+    let passing = &recorder.seen.passing;
+    if passing.is_idle() || length <= 0.0 {
+        return Ok(());
     }
-
-    /// Looks ahead over a time (begin and length, s) with a constant condition, and at every passing in it.
-    fn within(&mut self, model: &dyn Follower, (begin, length): (f64, f64), condition: &Condition) -> Result<()> {
-        if self.passing.is_idle() || length <= 0.0 {
-            return Ok(());
-        }
-        let ahead = |seconds: f64| model.ahead(seconds, condition);
-        let beside = |readings: &[f64]| self.limits.beside(readings, condition.si());
-        let mut looks: Vec<(f64, Vec<f64>)> = vec![(0.0, ahead(0.0)?)];
-        let mut passed = Vec::new();
-        for look in 1..=LOOKS {
-            let late = length * (look as f64 / LOOKS as f64).powi(2);
-            let readings = ahead(late)?;
-            let (early, before) = &looks[look - 1];
-            let (before, behind) = (beside(before), beside(&readings));
-            for watch in self.passing.between(&before, &behind) {
-                let is_passed = |values: &[f64]| (values[watch.sensor] < watch.value) == (behind[watch.sensor] < watch.value);
-                let (mut low, mut high) = (*early, late);
-                for _ in 0..HALVINGS {
-                    let middle = f64::midpoint(low, high);
-                    if is_passed(&beside(&ahead(middle)?)) { high = middle } else { low = middle }
-                }
-                passed.push((high, ahead(high)?));
+    let ahead = |seconds: f64| model.ahead(seconds, condition);
+    let beside = |readings: &[f64]| recorder.limits.beside(readings, condition.si());
+    let mut looks: Vec<(f64, Vec<f64>)> = vec![(0.0, ahead(0.0)?)];
+    let mut passed = Vec::new();
+    for look in 1..=LOOKS {
+        let late = length * (look as f64 / LOOKS as f64).powi(2);
+        let readings = ahead(late)?;
+        let (early, before) = &looks[look - 1];
+        let (before, behind) = (beside(before), beside(&readings));
+        for watch in passing.between(&before, &behind) {
+            let is_passed = |values: &[f64]| (values[watch.sensor] < watch.value) == (behind[watch.sensor] < watch.value);
+            let (mut low, mut high) = (*early, late);
+            for _ in 0..HALVINGS {
+                let middle = f64::midpoint(low, high);
+                if is_passed(&beside(&ahead(middle)?)) { high = middle } else { low = middle }
             }
-            looks.push((late, readings));
+            passed.push((high, ahead(high)?));
         }
-        looks.extend(passed);
-        // The beginning has been seen, and the end will be once the model is there.
-        looks.retain(|(seconds, _)| *seconds > 0.0 && *seconds < length);
-        looks.sort_by(|a, b| a.0.total_cmp(&b.0));
-        for (seconds, readings) in looks {
-            self.look(begin + seconds, &readings, condition);
-        }
-        Ok(())
+        looks.push((late, readings));
     }
+    looks.extend(passed);
+    // The beginning has been seen, and the end will be once the model is there.
+    looks.retain(|(seconds, _)| *seconds > 0.0 && *seconds < length);
+    looks.sort_by(|a, b| a.0.total_cmp(&b.0));
+    for (seconds, readings) in looks {
+        recorder.look(begin + seconds, &readings, condition.si());
+    }
+    Ok(())
 }

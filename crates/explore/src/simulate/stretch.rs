@@ -6,7 +6,8 @@ use super::Stop;
 use crate::schedule::Schedule;
 use coldplate_describe::machine::Condition;
 use coldplate_network::{Network, SensorTerm};
-use coldplate_solve::transient::{GAMMA, TransientState};
+use coldplate_solve::transient::TransientState;
+use coldplate_solve::transient::tr_bdf2::GAMMA;
 
 /// Values that differ from a straight line by less than this share of their size lie on it: values between two rows are
 /// rounded. Chosen: far above rounding.
@@ -102,12 +103,12 @@ pub(super) fn unevenness(network: &Network, state: &TransientState) -> f64 {
 mod tests {
     use super::super::stops;
     use super::*;
-    use crate::schedule::Row;
+    use crate::schedule::Breakpoint;
 
     /// Rows of a log on one line are no corners; a jump, a bend and its end are.
     #[test]
     fn rows_on_a_line_are_no_corners() {
-        let row = |(time, value): (f64, f64)| Row { time, values: vec![value, 3.0] };
+        let row = |(time, value): (f64, f64)| Breakpoint { time, values: vec![value, 3.0] };
         let rows = [(0.0, 1.0), (1.0, 1.0), (4.0, 1.0), (4.0, 2.0), (6.0, 2.4), (9.0, 3.0), (10.0, 3.0), (11.0, 3.0)];
         let schedule = Schedule::from_rows(rows.map(row).to_vec()).unwrap();
         let stops = stops(&schedule, Some(0.5)).unwrap();

@@ -1,8 +1,8 @@
 //! Adaptive designs, which grow until the fit is as accurate as asked: choice of their conditions.
 
-use super::design::{self, Spacing};
+use super::design::{self, LevelSpacing};
 use coldplate_base::units;
-use coldplate_describe::machine::Variable;
+use coldplate_describe::machine::DescribedVariable;
 
 /// Name of the group of conditions that were added to a first design.
 pub const ADDED: &str = "added";
@@ -19,13 +19,13 @@ pub(super) struct Axis {
     pub(super) variable: usize,
     pub(super) low: f64,
     pub(super) high: f64,
-    pub(super) spacing: Spacing,
+    pub(super) spacing: LevelSpacing,
     pub(super) levels: Option<Vec<f64>>,
 }
 
 /// Growth of a design.
 #[derive(Debug, Clone)]
-pub struct Growth {
+pub struct DesignGrowth {
     /// Largest half width of the band wanted for any measurement point, K.
     pub accuracy: f64,
     /// Largest number of conditions, those of the first design included.
@@ -36,7 +36,7 @@ pub struct Growth {
     pub(super) base: Vec<f64>,
 }
 
-impl Growth {
+impl DesignGrowth {
     /// Conditions added at a time.
     pub fn batch(&self) -> usize {
         BATCH_PER_VARIABLE * self.axes.len()
@@ -69,7 +69,7 @@ impl Growth {
     }
 
     /// The condition at such a place, as it is typed: one value per variable in its own unit.
-    pub fn condition(&self, place: &[f64], variables: &[Variable]) -> Vec<f64> {
+    pub fn condition(&self, place: &[f64], variables: &[DescribedVariable]) -> Vec<f64> {
         let mut row = self.base.clone();
         for (axis, unit) in self.axes.iter().zip(place) {
             row[axis.variable] = axis.spacing.value(*unit, axis.low, axis.high);
@@ -79,12 +79,12 @@ impl Growth {
 }
 
 /// The value in the variable's unit, rounded to twelve digits.
-pub(super) fn typed(si: f64, variable: &Variable) -> f64 {
+pub(super) fn typed(si: f64, variable: &DescribedVariable) -> f64 {
     let shown = units::express(si, &variable.unit, variable.dimension).ok().and_then(|v| format!("{v:.11e}").parse().ok());
     shown.unwrap_or(f64::NAN)
 }
 
 /// A typed value in SI.
-pub(super) fn in_si(shown: f64, variable: &Variable) -> f64 {
+pub(super) fn in_si(shown: f64, variable: &DescribedVariable) -> f64 {
     units::convert(shown, &variable.unit, variable.dimension).unwrap_or(f64::NAN)
 }

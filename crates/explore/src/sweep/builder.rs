@@ -2,19 +2,20 @@
 
 use std::path::Path;
 
-use super::adaptive::{ADDED, Axis, Growth, typed};
-use super::design::{self, Spacing};
-use super::plan::{Group, Plan, Purpose};
+use super::adaptive::{ADDED, Axis, DesignGrowth, typed};
+use super::design::{self, LevelSpacing};
+use super::plan::{ConditionGroup, Plan, Purpose};
 use coldplate_base::error::{Error, Result};
-use coldplate_describe::machine::Variable;
-use coldplate_tables::{FOLLOW_CHECK, Table};
+use coldplate_base::terms::FOLLOW_CHECK;
+use coldplate_describe::machine::DescribedVariable;
+use coldplate_tables::Table;
 
 /// Most conditions of a design, count. Chosen: a guard against typing errors.
 const MOST_CONDITIONS: usize = 1_000_000;
 
-/// Group of conditions with one held variable at other values.
+/// ConditionGroup of conditions with one held variable at other values.
 const FOLLOW: &str = "follow";
-/// Group of conditions with all held variables at other values.
+/// ConditionGroup of conditions with all held variables at other values.
 const FOLLOW_TOGETHER: &str = "follow together";
 /// Least number of design conditions at which one held variable is moved, to two values each; count. Chosen.
 const LEAST_FOLLOWED: usize = 4;
@@ -29,7 +30,7 @@ const CHECK_SEED: u64 = 3;
 const STRIDES: [usize; 3] = [7, 11, 13];
 
 /// Values of a range, evenly apart from end to end, without an end that is the held value.
-fn apart(held: f64, (low, high): (f64, f64), count: usize) -> Vec<f64> {
+fn apart(held: f64, low: f64, high: f64, count: usize) -> Vec<f64> {
     let (first, last) = (usize::from(held <= low), usize::from(held >= high));
     let steps = (count + first + last - 1) as f64;
     (first..count + first).map(|k| low + (high - low) * k as f64 / steps).collect()
@@ -44,15 +45,15 @@ pub(super) struct Builder {
 /// The ranges of one design, and the groups of conditions made in them (SI).
 #[derive(Debug)]
 pub(super) struct Space {
-    variables: Vec<Variable>,
+    variables: Vec<DescribedVariable>,
     held: Vec<(usize, f64)>,
     axes: Vec<Axis>,
-    groups: Vec<(Group, Vec<Vec<f64>>)>,
-    growth: Option<Growth>,
+    groups: Vec<(ConditionGroup, Vec<Vec<f64>>)>,
+    growth: Option<DesignGrowth>,
 }
 
 impl Builder {
-    pub(super) fn new(name: String, variables: &[Variable]) -> Self {
+    pub(super) fn new(name: String, variables: &[DescribedVariable]) -> Self {
         Self {
             plan: Plan {
                 name,
@@ -114,11 +115,13 @@ impl Builder {
             return Err(Error::input("the file holds no conditions").in_file(file).help(format!("columns wanted: {}", names.join(", "))));
         }
         for (at, values) in &columns {
-            space.axes.push(Axis { variable: *at, low: values[0], high: values[0], spacing: Spacing::Linear, levels: None });
+            space.axes.push(Axis { variable: *at, low: values[0], high: values[0], spacing: LevelSpacing::Linear, levels: None });
         }
         let points = (0..table.rows()).map(|row| columns.iter().map(|(_, values)| values[row]).collect()).collect();
         let description = format!("list of {} conditions", table.rows());
-        space.groups.push((Group { name: "design".into(), purpose: Purpose::Fit, varied, degree: None, description, rows: 0..0 }, points));
+        space
+            .groups
+            .push((ConditionGroup { name: "design".into(), purpose: Purpose::Fit, varied, degree: None, description, rows: 0..0 }, points));
         space.into_groups(self);
         Ok(())
     }
@@ -158,9 +161,9 @@ impl Builder {
             condition
         };
         let mut alone = Vec::new();
-        for (at, range) in followed {
+        for (at, (low, high)) in followed {
             let held = self.plan.conditions[design.rows.start][*at];
-            let values = apart(held, *range, 2 * runs);
+            let values = apart(held, *low, *high, 2 * runs);
             // The two values of a condition lie half the range apart; they are assigned to the conditions in a mixed order.
             let stride = STRIDES.into_iter().find(|stride| !runs.is_multiple_of(*stride)).unwrap_or(1);
             let row = |j: usize| chosen((j % runs) * stride % runs, runs);
@@ -187,7 +190,7 @@ impl Builder {
                 self.plan.push(row.iter().zip(&variables).map(|(si, variable)| typed(*si, variable)).collect());
             }
             let rows = start..self.plan.shown.len();
-            self.plan.groups.push(Group {
+            self.plan.groups.push(ConditionGroup {
                 name: name.into(),
                 purpose: Purpose::Follow,
                 varied: varied.clone(),
@@ -211,7 +214,8 @@ impl Builder {
                 .help("give this [[one_factor]] another name"));
         }
         for row in &plan.shown {
-            let missing: Vec<&Variable> = row.iter().zip(&plan.variables).filter(|(value, _)| value.is_nan()).map(|(_, v)| v).collect();
+            let missing: Vec<&DescribedVariable> =
+                row.iter().zip(&plan.variables).filter(|(value, _)| value.is_nan()).map(|(_, v)| v).collect();
             if let Some(first) = missing.first() {
                 let names: Vec<&str> = missing.iter().map(|v| v.name.as_str()).collect();
                 let (word, verb) = if names.len() == 1 { ("variable", "has") } else { ("variables", "have") };
@@ -246,8 +250,8 @@ impl Space {
         Ok(())
     }
 
-    pub(super) fn vary(&mut self, variable: usize, low: f64, high: f64, spacing: Spacing) -> Result<()> {
-        if spacing != Spacing::Linear && low <= 0.0 {
+    pub(super) fn vary(&mut self, variable: usize, low: f64, high: f64, spacing: LevelSpacing) -> Result<()> {
+        if spacing != LevelSpacing::Linear && low <= 0.0 {
             return Err(Error::input("this spacing needs a range above zero").help("take linear spacing, or begin the range above zero"));
         }
         self.push(Axis { variable, low, high, spacing, levels: None })
@@ -258,7 +262,7 @@ impl Space {
             return Err(Error::input("no level is given").help("list at least one"));
         }
         let (low, high) = levels.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
-        self.push(Axis { variable, low, high, spacing: Spacing::Linear, levels: Some(levels) })
+        self.push(Axis { variable, low, high, spacing: LevelSpacing::Linear, levels: Some(levels) })
     }
 
     fn scale(&self, units: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
@@ -268,7 +272,7 @@ impl Space {
 
     fn add(&mut self, name: &str, purpose: Purpose, description: String, points: Vec<Vec<f64>>) {
         let varied = self.axes.iter().map(|a| a.variable).collect();
-        self.groups.push((Group { name: name.into(), purpose, varied, degree: None, description, rows: 0..0 }, points));
+        self.groups.push((ConditionGroup { name: name.into(), purpose, varied, degree: None, description, rows: 0..0 }, points));
     }
 
     pub(super) fn latin_hypercube(&mut self, runs: usize, seed: u64, corners: bool) -> Result<()> {
@@ -295,7 +299,7 @@ impl Space {
         let description =
             format!("maximin Latin hypercube, {runs} runs, seed {seed}, to grow to an accuracy of {accuracy} K or to {most} runs");
         self.add("design", Purpose::Fit, description, self.scale(units));
-        self.growth = Some(Growth { accuracy, most, seed, axes: self.axes.clone(), base: self.base() });
+        self.growth = Some(DesignGrowth { accuracy, most, seed, axes: self.axes.clone(), base: self.base() });
         Ok(())
     }
 
@@ -327,7 +331,7 @@ impl Space {
         Ok(())
     }
 
-    pub(super) fn one_factor(&mut self, points: usize, group: Group) {
+    pub(super) fn one_factor(&mut self, points: usize, group: ConditionGroup) {
         let axis = &self.axes[0];
         let values = design::levels(points, axis.low, axis.high, axis.spacing).into_iter().map(|v| vec![v]).collect();
         self.groups.push((group, values));
@@ -336,7 +340,7 @@ impl Space {
     /// Held-out conditions: uniform in the variables themselves, whatever the design's spacing.
     pub(super) fn validation(&mut self, runs: usize, seed: u64) {
         let units = design::uniform(runs, self.axes.len(), seed);
-        let value = |(axis, u): (&Axis, f64)| Spacing::Linear.value(u, axis.low, axis.high);
+        let value = |(axis, u): (&Axis, f64)| LevelSpacing::Linear.value(u, axis.low, axis.high);
         let points = units.into_iter().map(|point| self.axes.iter().zip(point).map(value).collect()).collect();
         self.add("validation", Purpose::Validation, format!("uniform, {runs} runs, seed {seed}"), points);
     }

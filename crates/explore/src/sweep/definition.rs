@@ -3,16 +3,16 @@
 use std::path::{Path, PathBuf};
 
 use super::builder::{Builder, Space};
-use super::design::Spacing;
-use super::plan::{Group, Plan, Purpose};
+use super::design::LevelSpacing;
+use super::plan::{ConditionGroup, Plan, Purpose};
 use coldplate_base::document::{Document, Section, Value, suggestion};
 use coldplate_base::error::{Error, Result};
 use coldplate_base::units::Dimension;
-use coldplate_describe::machine::Variable;
+use coldplate_describe::machine::DescribedVariable;
 
 /// A sweep file, read as far as it can be without its machine.
 #[derive(Debug, Clone)]
-pub struct Definition {
+pub struct SweepDefinition {
     /// One-line name.
     pub name: String,
     /// The machine file, found from the folder of the sweep file; none if another program solves a problem of its own.
@@ -83,8 +83,8 @@ pub struct FitKeys {
     pub seed: Option<u64>,
 }
 
-impl Definition {
-    /// Reads a sweep file. The design is checked by [`Definition::plan`], which knows the machine's variables.
+impl SweepDefinition {
+    /// Reads a sweep file. The design is checked by [`SweepDefinition::plan`], which knows the machine's variables.
     ///
     /// # Errors
     /// The file cannot be read, is not TOML, or one of `name`, `machine`, `cells`, `set` is wrong.
@@ -92,10 +92,10 @@ impl Definition {
         Self::new(Document::read(path)?)
     }
 
-    /// Reads a parsed sweep file, as [`Definition::read`] does.
+    /// Reads a parsed sweep file, as [`SweepDefinition::read`] does.
     ///
     /// # Errors
-    /// Errors of [`Definition::read`].
+    /// Errors of [`SweepDefinition::read`].
     pub fn new(document: Document) -> Result<Self> {
         let root = document.root();
         let folder = document.file().parent().unwrap_or(Path::new(""));
@@ -138,7 +138,7 @@ impl Definition {
     ///
     /// # Errors
     /// An unknown key or variable, a value out of place, a variable that is neither varied nor held, an empty design.
-    pub fn plan(&self, variables: &[Variable]) -> Result<Plan> {
+    pub fn plan(&self, variables: &[DescribedVariable]) -> Result<Plan> {
         let root = self.document.root();
         let others = EMPTY.map(|(table, _)| table);
         for key in ["name", "machine", "cells", "set", "compare", "charts", "fit", "uncertainty", "accuracy"].into_iter().chain(others) {
@@ -168,7 +168,7 @@ impl Definition {
         Ok(Plan { accuracy: self.accuracy, ..plan })
     }
 
-    fn one_design(&self, root: &Section<'_>, variables: &[Variable], builder: &mut Builder) -> Result<()> {
+    fn one_design(&self, root: &Section<'_>, variables: &[DescribedVariable], builder: &mut Builder) -> Result<()> {
         let design = root.section("design")?;
         let kinds = ["latin_hypercube", "sobol", "factorial", "list", "adaptive"];
         let kind = kinds[design.choice("kind", &kinds)?];
@@ -188,7 +188,7 @@ impl Definition {
         for (at, value) in by_variable(root, "range", variables)? {
             let (low, high) = value.range(variables[at].dimension)?;
             variables[at].check(low).map_err(|e| value.place(e))?;
-            let spacing = spacings.iter().find(|(v, _)| *v == at).map_or(Spacing::Linear, |(_, s)| *s);
+            let spacing = spacings.iter().find(|(v, _)| *v == at).map_or(LevelSpacing::Linear, |(_, s)| *s);
             space.vary(at, low, high, spacing).map_err(|e| value.place(e))?;
         }
         if kind == "factorial" {
@@ -275,7 +275,7 @@ fn seed(section: &Section<'_>) -> Result<Option<u64>> {
 }
 
 /// Reads `[follow]`: held variables whose effect on the answers a surrogate is to know.
-fn follow(section: Section<'_>, variables: &[Variable], builder: &mut Builder) -> Result<()> {
+fn follow(section: Section<'_>, variables: &[DescribedVariable], builder: &mut Builder) -> Result<()> {
     let value = section.value("variables")?;
     let named = if value.is_list() { Some(value.list()?.iter().map(Value::text).collect::<Result<Vec<_>>>()?) } else { None };
     if named.is_none() && value.text()? != "all" {
@@ -311,7 +311,7 @@ fn follow(section: Section<'_>, variables: &[Variable], builder: &mut Builder) -
 }
 
 /// One `[[one_factor]]`: a variable runs over its range, the others are held.
-fn one_factor(sweep: Section<'_>, variables: &[Variable], common: &[(usize, f64)], builder: &mut Builder) -> Result<()> {
+fn one_factor(sweep: Section<'_>, variables: &[DescribedVariable], common: &[(usize, f64)], builder: &mut Builder) -> Result<()> {
     let names: Vec<&str> = variables.iter().map(|v| v.name.as_str()).collect();
     let at = sweep.choice("variable", &names)?;
     let dimension = variables[at].dimension;
@@ -326,9 +326,9 @@ fn one_factor(sweep: Section<'_>, variables: &[Variable], common: &[(usize, f64)
     }
     // A value held for all sweeps gives way to one held for this sweep, and to the variable that this sweep varies.
     held_here.extend(common.iter().filter(|(v, _)| *v != at && !held_here.iter().any(|(h, _)| h == v)).copied().collect::<Vec<_>>());
-    let spacing = Spacing::named(sweep.opt_choice("spacing", &Spacing::NAMES)?.unwrap_or(0));
+    let spacing = LevelSpacing::named(sweep.opt_choice("spacing", &LevelSpacing::NAMES)?.unwrap_or(0));
     let points = sweep.integer("points", 2)?;
-    let group = Group {
+    let group = ConditionGroup {
         name: sweep.opt_text("name")?.unwrap_or_else(|| names[at].to_string()),
         purpose: Purpose::Fit,
         varied: vec![at],
@@ -350,14 +350,14 @@ fn one_factor(sweep: Section<'_>, variables: &[Variable], common: &[(usize, f64)
 }
 
 /// The values of a table keyed by variable names, in the machine's order.
-fn by_variable<'a>(section: &Section<'a>, key: &str, variables: &[Variable]) -> Result<Vec<(usize, Value<'a>)>> {
+fn by_variable<'a>(section: &Section<'a>, key: &str, variables: &[DescribedVariable]) -> Result<Vec<(usize, Value<'a>)>> {
     let Some(table) = section.opt_section(key)? else { return Ok(Vec::new()) };
     let found = variables.iter().enumerate().filter_map(|(at, v)| Some((at, table.opt(&v.name)?))).collect();
     table.finish()?;
     Ok(found)
 }
 
-fn held(section: &Section<'_>, variables: &[Variable]) -> Result<Vec<(usize, f64)>> {
+fn held(section: &Section<'_>, variables: &[DescribedVariable]) -> Result<Vec<(usize, f64)>> {
     let held = by_variable(section, "hold", variables)?.into_iter().map(|(at, value)| {
         let si = value.quantity(variables[at].dimension)?;
         variables[at].check(si).map_err(|e| value.place(e))?;
@@ -366,9 +366,9 @@ fn held(section: &Section<'_>, variables: &[Variable]) -> Result<Vec<(usize, f64
     held.collect()
 }
 
-fn spacings(section: &Section<'_>, variables: &[Variable]) -> Result<Vec<(usize, Spacing)>> {
+fn spacings(section: &Section<'_>, variables: &[DescribedVariable]) -> Result<Vec<(usize, LevelSpacing)>> {
     let table = by_variable(section, "spacing", variables)?;
-    table.into_iter().map(|(at, value)| Ok((at, Spacing::named(value.choice(&Spacing::NAMES)?)))).collect()
+    table.into_iter().map(|(at, value)| Ok((at, LevelSpacing::named(value.choice(&LevelSpacing::NAMES)?)))).collect()
 }
 
 /// `[set]` as pairs of a dotted key and the TOML of its value; tables inside it are walked through.

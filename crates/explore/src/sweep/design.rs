@@ -5,9 +5,9 @@ pub use super::sobol::points as sobol;
 
 use coldplate_base::random::Random;
 
-/// Spacing of the points of a design along a variable's range.
+/// LevelSpacing of the points of a design along a variable's range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Spacing {
+pub enum LevelSpacing {
     /// Evenly in the variable.
     #[default]
     Linear,
@@ -17,7 +17,7 @@ pub enum Spacing {
     Reciprocal,
 }
 
-impl Spacing {
+impl LevelSpacing {
     /// Names in sweep files, in the order of the variants.
     pub const NAMES: [&str; 3] = ["linear", "log", "reciprocal"];
 
@@ -40,7 +40,7 @@ impl Spacing {
         }
     }
 
-    /// Place of `value` in the range from `low` to `high`, in [0, 1]: the inverse of [`Spacing::value`].
+    /// Place of `value` in the range from `low` to `high`, in [0, 1]: the inverse of [`LevelSpacing::value`].
     pub fn unit(self, value: f64, low: f64, high: f64) -> f64 {
         let share = |g: fn(f64) -> f64| (g(value) - g(low)) / (g(high) - g(low));
         match self {
@@ -52,7 +52,7 @@ impl Spacing {
 }
 
 /// `points` values from `low` to `high`, evenly spaced in the sense of `spacing`; the middle for a single point.
-pub fn levels(points: usize, low: f64, high: f64, spacing: Spacing) -> Vec<f64> {
+pub fn levels(points: usize, low: f64, high: f64, spacing: LevelSpacing) -> Vec<f64> {
     let unit = |k: usize| if points > 1 { k as f64 / (points - 1) as f64 } else { 0.5 };
     (0..points).map(|k| spacing.value(unit(k), low, high)).collect()
 }

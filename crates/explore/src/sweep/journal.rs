@@ -41,9 +41,9 @@ pub struct Header {
     pub conditions: usize,
 }
 
-/// Outcome of one condition.
+/// ConditionOutcome of one condition.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Outcome {
+pub enum ConditionOutcome {
     /// One value per output.
     Values(Vec<f64>),
     /// Reason of a failure.
@@ -52,7 +52,7 @@ pub enum Outcome {
 
 /// Content of a journal, without opening it for work.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Seen {
+pub struct JournalContent {
     /// Identity of the sweep.
     pub header: Header,
     /// Number of conditions, added ones included.
@@ -69,7 +69,7 @@ pub struct Seen {
 ///
 /// # Errors
 /// The first line is damaged, or of another version of the format.
-pub fn seen(path: &Path, bytes: &[u8]) -> Result<Seen> {
+pub fn seen(path: &Path, bytes: &[u8]) -> Result<JournalContent> {
     let wrong = |what: &str| Error::input(what).in_file(path).at_line(1).help("the sweep that resumes it says more");
     let mut lines = bytes.split(|b| *b == b'\n');
     let first = lines.next().and_then(sound).ok_or_else(|| wrong("the first line of the journal is damaged"))?;
@@ -95,7 +95,7 @@ pub fn seen(path: &Path, bytes: &[u8]) -> Result<Seen> {
         }
     }
     let count = |what: bool| last.iter().filter(|state| **state == Some(what)).count();
-    Ok(Seen { conditions, solved: count(true), failed: count(false), header, damaged })
+    Ok(JournalContent { conditions, solved: count(true), failed: count(false), header, damaged })
 }
 
 /// The outcomes in a journal of the sweep that `header` describes, and its damaged lines. The journal may be in use meanwhile,
@@ -104,7 +104,7 @@ pub fn seen(path: &Path, bytes: &[u8]) -> Result<Seen> {
 ///
 /// # Errors
 /// The file cannot be read, is no journal, or is that of another sweep.
-pub fn held(path: &Path, header: &Header) -> Result<(Vec<Option<Outcome>>, Vec<usize>)> {
+pub fn held(path: &Path, header: &Header) -> Result<(Vec<Option<ConditionOutcome>>, Vec<usize>)> {
     let mut outcomes = vec![None; header.conditions];
     let bytes = match std::fs::read(path) {
         Ok(bytes) => bytes,
@@ -133,7 +133,7 @@ pub fn held(path: &Path, header: &Header) -> Result<(Vec<Option<Outcome>>, Vec<u
 pub struct Journal {
     file: File,
     path: PathBuf,
-    outcomes: Vec<Option<Outcome>>,
+    outcomes: Vec<Option<ConditionOutcome>>,
     /// Added conditions, batch by batch.
     added: Vec<Vec<Vec<f64>>>,
     damaged: Vec<usize>,
@@ -187,8 +187,8 @@ impl Journal {
         Ok(journal)
     }
 
-    /// Outcome of each condition, if it is known.
-    pub fn outcomes(&self) -> &[Option<Outcome>] {
+    /// ConditionOutcome of each condition, if it is known.
+    pub fn outcomes(&self) -> &[Option<ConditionOutcome>] {
         &self.outcomes
     }
 
@@ -196,7 +196,7 @@ impl Journal {
     ///
     /// # Errors
     /// One of them was not run.
-    pub fn held(&self, count: usize) -> Result<Vec<Outcome>> {
+    pub fn held(&self, count: usize) -> Result<Vec<ConditionOutcome>> {
         let missing = || Error::numerics("a condition was not run");
         self.outcomes.iter().take(count).map(|outcome| outcome.clone().ok_or_else(missing)).collect()
     }
@@ -210,7 +210,7 @@ impl Journal {
     ///
     /// # Errors
     /// The file cannot be written, for example because the disk is full; nothing can be recorded after that.
-    pub fn append(&mut self, index: usize, outcome: Outcome) -> Result<()> {
+    pub fn append(&mut self, index: usize, outcome: ConditionOutcome) -> Result<()> {
         self.write_line(&payload_of(index, &outcome))?;
         if let Some(slot) = self.outcomes.get_mut(index) {
             *slot = Some(outcome);
@@ -222,7 +222,7 @@ impl Journal {
     ///
     /// # Errors
     /// Errors of [`Journal::append`].
-    pub fn absorb(&mut self, outcomes: Vec<(usize, Outcome)>) -> Result<()> {
+    pub fn absorb(&mut self, outcomes: Vec<(usize, ConditionOutcome)>) -> Result<()> {
         let payloads: Vec<String> = outcomes.iter().map(|(index, outcome)| payload_of(*index, outcome)).collect();
         self.write_lines(&payloads)?;
         for (index, outcome) in outcomes {
@@ -374,23 +374,23 @@ fn check_header(path: &Path, line: &[u8], wanted: &Header) -> Result<()> {
 }
 
 /// Index and outcome of a line, in a journal of `conditions` conditions.
-fn record(payload: &str, conditions: usize) -> Option<(usize, Outcome)> {
+fn record(payload: &str, conditions: usize) -> Option<(usize, ConditionOutcome)> {
     let (index, rest) = payload.split_once('\t')?;
     let index: usize = index.parse().ok().filter(|i| *i < conditions)?;
     if let Some(reason) = rest.strip_prefix("failed\t") {
-        return Some((index, Outcome::Failed(serde_json::from_str(reason).ok()?)));
+        return Some((index, ConditionOutcome::Failed(serde_json::from_str(reason).ok()?)));
     }
     let values: Vec<f64> = rest.strip_prefix("ok\t")?.split('\t').map(|v| v.parse().ok()).collect::<Option<_>>()?;
-    Some((index, Outcome::Values(values)))
+    Some((index, ConditionOutcome::Values(values)))
 }
 
-fn payload_of(index: usize, outcome: &Outcome) -> String {
+fn payload_of(index: usize, outcome: &ConditionOutcome) -> String {
     match outcome {
-        Outcome::Values(values) => {
+        ConditionOutcome::Values(values) => {
             let values: Vec<String> = values.iter().map(|v| format!("{v:e}")).collect();
             format!("{index}\tok\t{}", values.join("\t"))
         }
-        Outcome::Failed(reason) => format!("{index}\tfailed\t{}", serde_json::Value::from(reason.as_str())),
+        ConditionOutcome::Failed(reason) => format!("{index}\tfailed\t{}", serde_json::Value::from(reason.as_str())),
     }
 }
 

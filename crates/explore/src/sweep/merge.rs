@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use super::journal::{self, Journal, Outcome};
+use super::journal::{self, ConditionOutcome, Journal};
 use super::shards::{SHARDS, check};
-use super::{JOURNAL, Plan, Subject, header};
+use super::{JOURNAL, Plan, SweepSubject, header};
 use coldplate_base::error::{Error, Result};
 
 /// Ending of the journals that are looked for in a folder.
@@ -42,7 +42,7 @@ pub struct Damaged {
 ///
 /// # Errors
 /// There is no journal; one cannot be read, or is that of another sweep; two hold different results of one condition.
-pub fn merge(plan: &Plan, subject: &Subject, folder: &Path, journals: &[PathBuf]) -> Result<Merged> {
+pub fn merge(plan: &Plan, subject: &SweepSubject, folder: &Path, journals: &[PathBuf]) -> Result<Merged> {
     let own = [folder.join(SHARDS)];
     let named = if journals.is_empty() { &own[..] } else { journals };
     if listed(named)?.is_empty() {
@@ -56,20 +56,20 @@ pub fn merge(plan: &Plan, subject: &Subject, folder: &Path, journals: &[PathBuf]
 ///
 /// # Errors
 /// Errors of [`merge`].
-pub fn merge_any(plan: &Plan, subject: &Subject, folder: &Path, journals: &[PathBuf]) -> Result<Merged> {
+pub fn merge_any(plan: &Plan, subject: &SweepSubject, folder: &Path, journals: &[PathBuf]) -> Result<Merged> {
     check(plan)?;
     let header = header(plan, subject);
     let files = listed(journals)?;
     std::fs::create_dir_all(folder).map_err(|e| Error::file("make", folder, e).at_key("--out"))?;
     let path = folder.join(JOURNAL);
     let mut whole = Journal::open(&path, &header)?;
-    let mut known: Vec<Option<(Outcome, &Path)>> =
+    let mut known: Vec<Option<(ConditionOutcome, &Path)>> =
         whole.outcomes().iter().map(|outcome| outcome.clone().map(|outcome| (outcome, path.as_path()))).collect();
     let mut merged = Merged { journals: files.len(), taken: 0, doubles: 0, missing: Vec::new(), failed: Vec::new(), damaged: Vec::new() };
     if !whole.damaged_lines().is_empty() {
         merged.damaged.push(Damaged { journal: path.clone(), lines: whole.damaged_lines().to_vec() });
     }
-    let mut found: Vec<(usize, Outcome)> = Vec::new();
+    let mut found: Vec<(usize, ConditionOutcome)> = Vec::new();
     for file in &files {
         let (outcomes, lines) = journal::held(file, &header)?;
         if !lines.is_empty() {
@@ -77,16 +77,16 @@ pub fn merge_any(plan: &Plan, subject: &Subject, folder: &Path, journals: &[Path
         }
         for (row, outcome) in outcomes.into_iter().enumerate().filter_map(|(row, outcome)| Some((row, outcome?))) {
             match &known[row] {
-                Some((Outcome::Values(_), _)) if matches!(outcome, Outcome::Failed(_)) => continue,
-                Some((Outcome::Failed(_), _)) if matches!(outcome, Outcome::Failed(_)) => continue,
-                Some((before @ Outcome::Values(_), other)) => {
+                Some((ConditionOutcome::Values(_), _)) if matches!(outcome, ConditionOutcome::Failed(_)) => continue,
+                Some((ConditionOutcome::Failed(_), _)) if matches!(outcome, ConditionOutcome::Failed(_)) => continue,
+                Some((before @ ConditionOutcome::Values(_), other)) => {
                     if !is_same(before, &outcome) {
                         return Err(differing(row, other, file));
                     }
                     merged.doubles += 1;
                     continue;
                 }
-                Some((Outcome::Failed(_), _)) | None => {}
+                Some((ConditionOutcome::Failed(_), _)) | None => {}
             }
             known[row] = Some((outcome.clone(), file));
             found.push((row, outcome));
@@ -94,7 +94,7 @@ pub fn merge_any(plan: &Plan, subject: &Subject, folder: &Path, journals: &[Path
     }
     merged.taken = found.len();
     merged.missing = known.iter().enumerate().filter(|(_, outcome)| outcome.is_none()).map(|(row, _)| row + 1).collect();
-    let is_failed = |outcome: &Option<(Outcome, &Path)>| matches!(outcome, Some((Outcome::Failed(_), _)));
+    let is_failed = |outcome: &Option<(ConditionOutcome, &Path)>| matches!(outcome, Some((ConditionOutcome::Failed(_), _)));
     merged.failed = known.iter().enumerate().filter(|(_, outcome)| is_failed(outcome)).map(|(row, _)| row + 1).collect();
     drop(known);
     if !found.is_empty() {
@@ -125,9 +125,11 @@ fn listed(named: &[PathBuf]) -> Result<Vec<PathBuf>> {
 }
 
 /// Whether two outcomes agree bit for bit.
-fn is_same(a: &Outcome, b: &Outcome) -> bool {
+fn is_same(a: &ConditionOutcome, b: &ConditionOutcome) -> bool {
     match (a, b) {
-        (Outcome::Values(a), Outcome::Values(b)) => a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits()),
+        (ConditionOutcome::Values(a), ConditionOutcome::Values(b)) => {
+            a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits())
+        }
         _ => a == b,
     }
 }

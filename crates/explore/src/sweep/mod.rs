@@ -1,7 +1,7 @@
 //! Design of experiments: the conditions to run, on every core, never twice.
 //!
 //! ```text
-//! sweep file -> Definition -> (with the machine's variables) Plan -> execute -> Table
+//! sweep file -> SweepDefinition -> (with the machine's variables) Plan -> execute -> Table
 //!                                                                       |
 //!                                                   journal: finished conditions, safe on disk
 //! ```
@@ -26,10 +26,10 @@ pub mod sweep_file;
 mod target;
 pub mod uncertain;
 
-pub use adaptive::{ADDED, Growth};
-pub use definition::{Definition, FitKeys, Openness};
-pub use plan::{Group, Plan, Purpose};
-pub use reduced_answers::{Answered, BOUNDS};
+pub use adaptive::{ADDED, DesignGrowth};
+pub use definition::{FitKeys, Openness, SweepDefinition};
+pub use plan::{ConditionGroup, Plan, Purpose};
+pub use reduced_answers::{BOUNDS, ReducedRows};
 pub use runner::{SweepOptions, run};
 pub use target::scope_of;
 pub use uncertain::Open;
@@ -41,7 +41,7 @@ use crate::external::Class;
 use crate::numerics;
 use coldplate_base::error::{Error, Result};
 use coldplate_tables::{Column, Table, TextColumn};
-use journal::{Header, Journal, Outcome};
+use journal::{ConditionOutcome, Header, Journal};
 
 /// Name of the journal in the output folder.
 pub const JOURNAL: &str = "sweep.journal";
@@ -62,7 +62,7 @@ pub enum SolvedBy {
 
 /// Subject of a sweep: enough to tell whether results on disk belong to it.
 #[derive(Debug, Clone)]
-pub struct Subject {
+pub struct SweepSubject {
     /// Name of the machine.
     pub machine: String,
     /// Hash of the machine file with its changes.
@@ -75,7 +75,7 @@ pub struct Subject {
     pub open: Open,
 }
 
-impl Subject {
+impl SweepSubject {
     /// Name and unit of each slope: per output, its change with one standard deviation of each parameter.
     fn slopes(&self) -> Vec<(String, String)> {
         let of = |(output, unit): &(String, String)| -> Vec<(String, String)> {
@@ -93,7 +93,7 @@ pub fn slope_name(output: &str, parameter: &str) -> String {
 
 /// A condition that gave no result.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Failure {
+pub struct FailedCondition {
     /// Row of the [`Plan`].
     pub row: usize,
     /// Name of the group of the condition.
@@ -104,7 +104,7 @@ pub struct Failure {
 
 /// State of a growing sweep after a round.
 #[derive(Debug)]
-pub struct Round<'a> {
+pub struct SweepRound<'a> {
     /// Conditions of the sweep, added ones included.
     pub plan: &'a Plan,
     /// The solved conditions to be fitted.
@@ -115,10 +115,10 @@ pub struct Round<'a> {
 
 /// Function that gives the conditions to add after a round, one value per variable in its own unit; `None` ends the sweep. The
 /// conditions must depend on nothing but the round and those before.
-pub type Grow<'g> = dyn FnMut(&Round<'_>) -> Result<Option<Vec<Vec<f64>>>> + 'g;
+pub type Grow<'g> = dyn FnMut(&SweepRound<'_>) -> Result<Option<Vec<Vec<f64>>>> + 'g;
 
-/// Function that completes some rows of a plan, of so many values each, in a journal.
-type Find<'f> = dyn Fn(&Plan, Range<usize>, usize, &mut Journal) -> Result<()> + 'f;
+/// Function that completes some rows of a plan in a journal.
+type Find<'f> = dyn Fn(&Plan, Range<usize>, &mut Journal) -> Result<()> + 'f;
 
 /// The result of a sweep.
 #[derive(Debug, Clone)]
@@ -136,9 +136,9 @@ pub struct Swept {
     /// Bound on the distance of each reading from the full solution, row by row, if a reduced model answers conditions.
     pub bounds: Option<Table>,
     /// Number of conditions that the reduced model answered, and that were solved in full.
-    pub answered: Option<Answered>,
+    pub answered: Option<ReducedRows>,
     /// Conditions without a result; they are in neither table.
-    pub failures: Vec<Failure>,
+    pub failures: Vec<FailedCondition>,
     /// Number of conditions that the journal held already.
     pub resumed: usize,
     /// Lines of the journal that were damaged; their conditions were run again.
@@ -154,14 +154,14 @@ pub struct Swept {
 /// failures.
 ///
 /// `solve` takes a condition in SI, in the order of [`Plan::variables`]. The function returns the outputs in their units, in
-/// the order of [`Subject::outputs`], then their slopes, output by output (anything finite if [`Plan::is_sloped`] wants none);
+/// the order of [`SweepSubject::outputs`], then their slopes, output by output (anything finite if [`Plan::is_sloped`] wants none);
 /// see [`run`] for further demands on it.
 ///
 /// # Errors
 /// The folder or the journal cannot be written, the journal is that of another sweep, or every condition failed.
 pub fn execute(
     plan: &Plan,
-    subject: &Subject,
+    subject: &SweepSubject,
     folder: &Path,
     options: SweepOptions<'_>,
     solve: impl Fn(&[f64]) -> Result<Vec<f64>> + Sync,
@@ -177,63 +177,27 @@ pub fn execute(
 /// Errors of [`execute`] and of `grow`.
 pub fn execute_growing(
     plan: &Plan,
-    subject: &Subject,
+    subject: &SweepSubject,
     folder: &Path,
     options: SweepOptions<'_>,
     solve: impl Fn(&Plan, usize) -> Result<Vec<f64>> + Sync,
     grow: &mut Grow<'_>,
 ) -> Result<Swept> {
-    let find = |plan: &Plan, rows: Range<usize>, width: usize, journal: &mut Journal| {
-        run(rows, width, journal, options, |row| solve(plan, row)).map(drop)
-    };
+    let width = width(plan, subject);
+    let find =
+        |plan: &Plan, rows: Range<usize>, journal: &mut Journal| run(rows, width, journal, options, |row| solve(plan, row)).map(drop);
     execute_by(plan, subject, folder, &find, grow)
 }
 
 /// [`execute_growing`] with `find` in the place of a solver of single conditions.
-fn execute_by(plan: &Plan, subject: &Subject, folder: &Path, find: &Find<'_>, grow: &mut Grow<'_>) -> Result<Swept> {
+fn execute_by(plan: &Plan, subject: &SweepSubject, folder: &Path, find: &Find<'_>, grow: &mut Grow<'_>) -> Result<Swept> {
     std::fs::create_dir_all(folder).map_err(|e| Error::file("make", folder, e).at_key("--out"))?;
-    let slopes = subject.slopes();
-    let header = header(plan, subject);
-    let width = header.outputs.len();
-    let mut journal = Journal::open(&folder.join(JOURNAL), &header)?;
+    let mut journal = Journal::open(&folder.join(JOURNAL), &header(plan, subject))?;
     let resumed = journal.outcomes().iter().flatten().count();
-    let mut grown = plan.clone();
-    let (mut first, mut batches) = (0, 0);
-    let outcomes = loop {
-        let end = grown.conditions.len();
-        find(&grown, first..end, width, &mut journal)?;
-        let outcomes = journal.held(end)?;
-        let is_solved = |outcome: &Outcome| matches!(outcome, Outcome::Values(_));
-        if grown.growth.is_none() || !outcomes.iter().any(is_solved) {
-            break outcomes;
-        }
-        let is_of = |row: &usize| is_solved(&outcomes[*row]) && grown.group_of(*row).is_some_and(|g| g.purpose == Purpose::Fit);
-        let round =
-            Round { plan: &grown, table: results(&grown, subject, &outcomes, Purpose::Fit), rows: (0..end).filter(is_of).collect() };
-        let asked = match grow(&round) {
-            Ok(asked) => asked,
-            Err(error) => {
-                // The failures may be the reason that the sweep cannot go on: they are written in any case.
-                write_failures(&grown, subject, &failures_of(&grown, &outcomes), folder, &mut Vec::new())?;
-                return Err(error);
-            }
-        };
-        let added = match (journal.added(batches), asked) {
-            (Some(known), _) => known,
-            (None, Some(asked)) => {
-                journal.add(&asked)?;
-                asked
-            }
-            (None, None) => break outcomes,
-        };
-        (first, batches) = (end, batches + 1);
-        grown.grow(added);
-    };
-    let plan = &grown;
-
-    let failures = failures_of(plan, &outcomes);
+    let (plan, outcomes) = completed(plan.clone(), subject, folder, &mut journal, find, grow)?;
+    let failures = failures_of(&plan, &outcomes);
     let mut files = Vec::new();
-    write_failures(plan, subject, &failures, folder, &mut files)?;
+    write_failures(&plan, subject, &failures, folder, &mut files)?;
     if let Some(first) = failures.first().filter(|_| failures.len() == outcomes.len()) {
         let help = match subject.by {
             SolvedBy::Mesh(_) => "solve one of them with `coldplate solve`; the reasons of all are in this file",
@@ -243,48 +207,13 @@ fn execute_by(plan: &Plan, subject: &Subject, folder: &Path, find: &Find<'_>, gr
             .in_file(folder.join("failures.csv"))
             .help(help));
     }
-    let table = results(plan, subject, &outcomes, Purpose::Fit);
-    let of = |purpose: Purpose| plan.groups.iter().any(|g| g.purpose == purpose).then(|| results(plan, subject, &outcomes, purpose));
-    let (validation, followed) = (of(Purpose::Validation), of(Purpose::Follow));
-    let slopes = match slopes.is_empty() {
-        true => None,
-        false => {
-            let mut origin = provenance(plan, subject, Purpose::Fit);
-            origin.push(subject.open.note(&subject.outputs, &plan.variables)?);
-            Some(tabulated(plan, &outcomes, |row| plan.is_sloped(row), subject.outputs.len(), &slopes, origin))
-        }
-    };
-    let (bounds, answered) = reduced_answers::told(plan, subject, &outcomes).unzip();
-    let tables = [
-        ("sweep", Some(&table)),
-        ("slopes", slopes.as_ref()),
-        ("validation", validation.as_ref()),
-        ("followed", followed.as_ref()),
-        ("bounds", bounds.as_ref()),
-    ];
-    for (name, table) in tables {
-        for extension in ["csv", "parquet"] {
-            let path = folder.join(name).with_extension(extension);
-            match table {
-                None => remove_stale(&path)?,
-                Some(table) => {
-                    if extension == "csv" {
-                        table.write_csv(&path)?
-                    } else {
-                        table.write_parquet(&path)?
-                    }
-                    files.push(path);
-                }
-            }
-        }
-    }
-    let plan = plan.clone();
-    Ok(Swept {
-        plan,
-        table,
-        validation,
-        followed,
-        slopes,
+    let of = |purpose: Purpose| plan.groups.iter().any(|g| g.purpose == purpose).then(|| results(&plan, subject, &outcomes, purpose));
+    let (bounds, answered) = reduced_answers::told(&plan, subject, &outcomes).unzip();
+    let mut swept = Swept {
+        table: results(&plan, subject, &outcomes, Purpose::Fit),
+        validation: of(Purpose::Validation),
+        followed: of(Purpose::Follow),
+        slopes: slopes(&plan, subject, &outcomes)?,
         bounds,
         answered,
         failures,
@@ -292,11 +221,101 @@ fn execute_by(plan: &Plan, subject: &Subject, folder: &Path, find: &Find<'_>, gr
         damaged_lines: journal.damaged_lines().to_vec(),
         notes: Vec::new(),
         files,
-    })
+        plan,
+    };
+    swept.write_tables(folder)?;
+    Ok(swept)
+}
+
+/// Completes the conditions of a plan in its journal, round by round as long as it grows. Returns the plan as far as it has
+/// grown, and the outcome of each of its conditions.
+fn completed(
+    mut plan: Plan,
+    subject: &SweepSubject,
+    folder: &Path,
+    journal: &mut Journal,
+    find: &Find<'_>,
+    grow: &mut Grow<'_>,
+) -> Result<(Plan, Vec<ConditionOutcome>)> {
+    let is_solved = |outcome: &ConditionOutcome| matches!(outcome, ConditionOutcome::Values(_));
+    let (mut first, mut batches) = (0, 0);
+    loop {
+        let end = plan.conditions.len();
+        find(&plan, first..end, journal)?;
+        let outcomes = journal.held(end)?;
+        if plan.growth.is_none() || !outcomes.iter().any(is_solved) {
+            return Ok((plan, outcomes));
+        }
+        let is_of = |row: &usize| is_solved(&outcomes[*row]) && plan.group_of(*row).is_some_and(|g| g.purpose == Purpose::Fit);
+        let table = results(&plan, subject, &outcomes, Purpose::Fit);
+        let asked = match grow(&SweepRound { plan: &plan, table, rows: (0..end).filter(is_of).collect() }) {
+            Ok(asked) => asked,
+            Err(error) => {
+                // The failures may be the reason that the sweep cannot go on: they are written in any case.
+                write_failures(&plan, subject, &failures_of(&plan, &outcomes), folder, &mut Vec::new())?;
+                return Err(error);
+            }
+        };
+        let added = match (journal.added(batches), asked) {
+            (Some(known), _) => known,
+            (None, Some(asked)) => {
+                journal.add(&asked)?;
+                asked
+            }
+            (None, None) => return Ok((plan, outcomes)),
+        };
+        (first, batches) = (end, batches + 1);
+        plan.grow(added);
+    }
+}
+
+impl Swept {
+    /// Writes the tables, each as CSV and as Parquet, and removes those of an earlier run that this one does not have.
+    fn write_tables(&mut self, folder: &Path) -> Result<()> {
+        let tables = [
+            ("sweep", Some(&self.table)),
+            ("slopes", self.slopes.as_ref()),
+            ("validation", self.validation.as_ref()),
+            ("followed", self.followed.as_ref()),
+            ("bounds", self.bounds.as_ref()),
+        ];
+        for (name, table) in tables {
+            for extension in ["csv", "parquet"] {
+                let path = folder.join(name).with_extension(extension);
+                let Some(table) = table else {
+                    remove_stale(&path)?;
+                    continue;
+                };
+                if extension == "csv" {
+                    table.write_csv(&path)?
+                } else {
+                    table.write_parquet(&path)?
+                }
+                self.files.push(path);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Number of values of a condition: outputs, slopes and bounds.
+fn width(plan: &Plan, subject: &SweepSubject) -> usize {
+    subject.outputs.len() + subject.slopes().len() + reduced_answers::names(plan, subject).len()
+}
+
+/// Slopes of every output along all uncertain parameters, if there are such parameters.
+fn slopes(plan: &Plan, subject: &SweepSubject, outcomes: &[ConditionOutcome]) -> Result<Option<Table>> {
+    let names = subject.slopes();
+    if names.is_empty() {
+        return Ok(None);
+    }
+    let mut origin = provenance(plan, subject, Purpose::Fit);
+    origin.push(subject.open.note(&subject.outputs, &plan.variables)?);
+    Ok(Some(tabulated(plan, outcomes, |row| plan.is_sloped(row), subject.outputs.len(), &names, origin)))
 }
 
 /// The first line of the journals of a sweep.
-fn header(plan: &Plan, subject: &Subject) -> Header {
+fn header(plan: &Plan, subject: &SweepSubject) -> Header {
     let slopes = subject.slopes();
     let bounds = reduced_answers::names(plan, subject);
     let outputs: Vec<String> =
@@ -306,17 +325,17 @@ fn header(plan: &Plan, subject: &Subject) -> Header {
     Header { identity: deciding, outputs, conditions: plan.conditions.len() }
 }
 
-fn failures_of(plan: &Plan, outcomes: &[Outcome]) -> Vec<Failure> {
+fn failures_of(plan: &Plan, outcomes: &[ConditionOutcome]) -> Vec<FailedCondition> {
     let group_of = |row: usize| plan.group_of(row).map_or(String::new(), |g| g.name.clone());
-    let failure = |(row, outcome): (usize, &Outcome)| match outcome {
-        Outcome::Failed(reason) => Some(Failure { row, group: group_of(row), reason: reason.clone() }),
-        Outcome::Values(_) => None,
+    let failure = |(row, outcome): (usize, &ConditionOutcome)| match outcome {
+        ConditionOutcome::Failed(reason) => Some(FailedCondition { row, group: group_of(row), reason: reason.clone() }),
+        ConditionOutcome::Values(_) => None,
     };
     outcomes.iter().enumerate().filter_map(failure).collect()
 }
 
 /// Identity of the results: everything that they depend on.
-fn identity(plan: &Plan, subject: &Subject) -> Vec<(String, String)> {
+fn identity(plan: &Plan, subject: &SweepSubject) -> Vec<(String, String)> {
     let (hashed, by) = match &subject.by {
         SolvedBy::Mesh(mesh) => ("machine hash", ("mesh", mesh.clone())),
         SolvedBy::Program { name, .. } => ("solver hash", ("solver", name.clone())),
@@ -330,7 +349,7 @@ fn identity(plan: &Plan, subject: &Subject) -> Vec<(String, String)> {
 }
 
 /// Origin of the results of a sweep: no date and no path, so that the same sweep gives the same bytes.
-pub fn provenance(plan: &Plan, subject: &Subject, purpose: Purpose) -> Vec<(String, String)> {
+pub fn provenance(plan: &Plan, subject: &SweepSubject, purpose: Purpose) -> Vec<(String, String)> {
     let mut pairs = vec![("sweep".to_string(), plan.name.clone()), ("machine".to_string(), subject.machine.clone())];
     pairs.extend(identity(plan, subject));
     for group in plan.groups.iter().filter(|g| g.purpose == purpose) {
@@ -342,7 +361,7 @@ pub fn provenance(plan: &Plan, subject: &Subject, purpose: Purpose) -> Vec<(Stri
 }
 
 /// Outputs at the rows of a purpose.
-fn results(plan: &Plan, subject: &Subject, outcomes: &[Outcome], purpose: Purpose) -> Table {
+fn results(plan: &Plan, subject: &SweepSubject, outcomes: &[ConditionOutcome], purpose: Purpose) -> Table {
     let is_of = |row: usize| plan.group_of(row).is_some_and(|g| g.purpose == purpose);
     let mut table = tabulated(plan, outcomes, is_of, 0, &subject.outputs, provenance(plan, subject, purpose));
     reduced_answers::mark(&mut table, plan, subject, outcomes, is_of);
@@ -352,7 +371,7 @@ fn results(plan: &Plan, subject: &Subject, outcomes: &[Outcome], purpose: Purpos
 /// Table of the values from index `first` on, under some names and units, at the rows that were solved and are wanted.
 fn tabulated(
     plan: &Plan,
-    outcomes: &[Outcome],
+    outcomes: &[ConditionOutcome],
     is_wanted: impl Fn(usize) -> bool,
     first: usize,
     names: &[(String, String)],
@@ -362,7 +381,7 @@ fn tabulated(
     let mut values: Vec<&[f64]> = Vec::new();
     let mut groups = Vec::new();
     for (row, outcome) in outcomes.iter().enumerate() {
-        if let (Some(group), Outcome::Values(v)) = (plan.group_of(row).filter(|_| is_wanted(row)), outcome) {
+        if let (Some(group), ConditionOutcome::Values(v)) = (plan.group_of(row).filter(|_| is_wanted(row)), outcome) {
             rows.push(row);
             values.push(v);
             groups.push(group.name.clone());
@@ -382,7 +401,13 @@ fn tabulated(
 pub const RECOVERED: &str = "recovered";
 
 /// Writes the values in place of missing results, if the sweep file states any.
-fn write_recovered(plan: &Plan, subject: &Subject, failures: &[Failure], folder: &Path, files: &mut Vec<PathBuf>) -> Result<()> {
+fn write_recovered(
+    plan: &Plan,
+    subject: &SweepSubject,
+    failures: &[FailedCondition],
+    folder: &Path,
+    files: &mut Vec<PathBuf>,
+) -> Result<()> {
     let path = folder.join("recovered.csv");
     let recover = match &subject.by {
         SolvedBy::Program { recover, .. } if !failures.is_empty() && recover.iter().any(Option::is_some) => recover,
@@ -395,8 +420,9 @@ fn write_recovered(plan: &Plan, subject: &Subject, failures: &[Failure], folder:
         unit: unit.clone(),
         values: vec![value.unwrap_or(f64::NAN); rows.len()],
     }));
-    let text = |name: &str, value: fn(&Failure) -> String| TextColumn { name: name.into(), values: failures.iter().map(value).collect() };
-    let class = |f: &Failure| Class::of(&f.reason).map_or(f.reason.clone(), |class| class.words().into());
+    let text =
+        |name: &str, value: fn(&FailedCondition) -> String| TextColumn { name: name.into(), values: failures.iter().map(value).collect() };
+    let class = |f: &FailedCondition| Class::of(&f.reason).map_or(f.reason.clone(), |class| class.words().into());
     let texts = vec![text("group", |f| f.group.clone()), text(RECOVERED, class)];
     let mut provenance = provenance(plan, subject, Purpose::Fit);
     provenance.push((RECOVERED.into(), "values that the sweep file states in place of failed conditions; these are no results".into()));
@@ -405,14 +431,21 @@ fn write_recovered(plan: &Plan, subject: &Subject, failures: &[Failure], folder:
     Ok(())
 }
 
-fn write_failures(plan: &Plan, subject: &Subject, failures: &[Failure], folder: &Path, files: &mut Vec<PathBuf>) -> Result<()> {
+fn write_failures(
+    plan: &Plan,
+    subject: &SweepSubject,
+    failures: &[FailedCondition],
+    folder: &Path,
+    files: &mut Vec<PathBuf>,
+) -> Result<()> {
     write_recovered(plan, subject, failures, folder, files)?;
     let path = folder.join("failures.csv");
     if failures.is_empty() {
         return remove_stale(&path);
     }
     let rows: Vec<usize> = failures.iter().map(|f| f.row).collect();
-    let text = |name: &str, value: fn(&Failure) -> String| TextColumn { name: name.into(), values: failures.iter().map(value).collect() };
+    let text =
+        |name: &str, value: fn(&FailedCondition) -> String| TextColumn { name: name.into(), values: failures.iter().map(value).collect() };
     let texts = vec![text("group", |f| f.group.clone()), text("reason", |f| f.reason.clone())];
     let table =
         Table { texts, columns: plan.columns(&rows), inputs: plan.variables.len(), provenance: provenance(plan, subject, Purpose::Fit) };

@@ -9,7 +9,8 @@ use coldplate_describe::machine::Condition;
 use coldplate_network::Load;
 use coldplate_reduce::Guess;
 use coldplate_solve::meshed::SteadyState;
-use coldplate_solve::sensitivity::{Derivatives, Study};
+use coldplate_solve::sensitivity::Derivatives;
+use coldplate_solve::study::Study;
 use coldplate_solve::{Solution, Solver};
 
 /// Conditions of a design for each one that others start from, count. Chosen: each start costs a solve.

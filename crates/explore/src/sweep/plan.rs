@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use sha2::{Digest, Sha256};
 
-use super::adaptive::{ADDED, Growth, in_si};
-use coldplate_describe::machine::{Condition, Variable};
+use super::adaptive::{ADDED, DesignGrowth, in_si};
+use coldplate_describe::machine::{Condition, DescribedVariable};
 use coldplate_tables::Column;
 
 /// Purpose of a group of conditions.
@@ -21,7 +21,7 @@ pub enum Purpose {
 
 /// Conditions that belong together: a design, a one-factor sweep, the held-out ones.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Group {
+pub struct ConditionGroup {
     /// Name, as in the column `group` of the result.
     pub name: String,
     /// Purpose of the group.
@@ -42,15 +42,15 @@ pub struct Plan {
     /// Name of the sweep.
     pub name: String,
     /// The machine's variables.
-    pub variables: Vec<Variable>,
+    pub variables: Vec<DescribedVariable>,
     /// The groups, in the order of their rows.
-    pub groups: Vec<Group>,
+    pub groups: Vec<ConditionGroup>,
     /// One row per condition, one value per variable in its own unit, of at most twelve digits.
     pub shown: Vec<Vec<f64>>,
     /// The conditions in SI, converted from [`Plan::shown`], so that typing a row of the table gives the very same condition.
     pub conditions: Vec<Vec<f64>>,
     /// Growth of the design, if it grows.
-    pub growth: Option<Growth>,
+    pub growth: Option<DesignGrowth>,
     /// Largest error of a reading against the full solution, K, up to which a reduced model answers; `None` to solve all in
     /// full.
     pub accuracy: Option<f64>,
@@ -61,7 +61,7 @@ const LEAST_SLOPED: usize = 24;
 
 impl Plan {
     /// The group of a row.
-    pub fn group_of(&self, row: usize) -> Option<&Group> {
+    pub fn group_of(&self, row: usize) -> Option<&ConditionGroup> {
         self.groups.iter().find(|g| g.rows.contains(&row))
     }
 
@@ -69,11 +69,11 @@ impl Plan {
     /// more than polynomials of the slopes need. Groups that vary one variable are for formulas, unless there are no others.
     /// Added rows have slopes until there are enough: a later one changes nothing for those before.
     pub fn is_sloped(&self, row: usize) -> bool {
-        let is_design = |g: &Group| g.purpose == Purpose::Fit && g.varied.len() > 1;
+        let is_design = |g: &ConditionGroup| g.purpose == Purpose::Fit && g.varied.len() > 1;
         let has_design = self.groups.iter().any(is_design);
-        let is_fitted = |g: &Group| if has_design { is_design(g) } else { g.purpose == Purpose::Fit };
+        let is_fitted = |g: &ConditionGroup| if has_design { is_design(g) } else { g.purpose == Purpose::Fit };
         let Some(group) = self.group_of(row).filter(|g| is_fitted(g)) else { return false };
-        let is_added = |g: &Group| self.growth.is_some() && g.name == ADDED;
+        let is_added = |g: &ConditionGroup| self.growth.is_some() && g.name == ADDED;
         let fitted: usize = self.groups.iter().filter(|g| is_fitted(g) && !is_added(g)).map(|g| g.rows.len()).sum();
         let before: usize = self.groups.iter().take_while(|g| g.rows != group.rows).filter(|g| is_fitted(g)).map(|g| g.rows.len()).sum();
         let place = before + row - group.rows.start;
@@ -114,7 +114,7 @@ impl Plan {
                 group.rows.end = end;
                 group.description = describe(group.rows.len());
             }
-            None => self.groups.push(Group {
+            None => self.groups.push(ConditionGroup {
                 name: ADDED.into(),
                 purpose: Purpose::Fit,
                 varied,
@@ -144,8 +144,11 @@ impl Plan {
     /// The condition columns of the given rows.
     pub fn columns(&self, rows: &[usize]) -> Vec<Column> {
         let values = |v: usize| rows.iter().map(|row| self.shown[*row][v]).collect();
-        let column =
-            |(v, variable): (usize, &Variable)| Column { name: variable.name.clone(), unit: variable.unit.clone(), values: values(v) };
+        let column = |(v, variable): (usize, &DescribedVariable)| Column {
+            name: variable.name.clone(),
+            unit: variable.unit.clone(),
+            values: values(v),
+        };
         self.variables.iter().enumerate().map(column).collect()
     }
 }

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::sweep_file::Sweep;
-use super::{Answered, Failure, Swept};
+use super::{FailedCondition, ReducedRows, Swept};
 use crate::external::{Class, Program};
 
 /// Result of a sweep.
@@ -27,7 +27,7 @@ pub struct SweepRecord {
     pub solver: Option<String>,
     /// Number of conditions that a reduced model answered, if the sweep file asks for an accuracy.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub answered: Option<Answered>,
+    pub answered: Option<ReducedRows>,
     pub seconds: f64,
 }
 
@@ -56,8 +56,12 @@ pub struct FailureRecord {
 impl Swept {
     /// The results of `sweep` for other programs; `seconds` is the time that the sweep took.
     pub fn record(&self, sweep: &Sweep, seconds: f64) -> SweepRecord {
-        let failure =
-            |f: &Failure| FailureRecord { row: f.row + 1, group: f.group.clone(), reason: f.reason.clone(), class: Class::of(&f.reason) };
+        let failure = |f: &FailedCondition| FailureRecord {
+            row: f.row + 1,
+            group: f.group.clone(),
+            reason: f.reason.clone(),
+            class: Class::of(&f.reason),
+        };
         let groups = self.plan.groups.iter();
         SweepRecord {
             conditions: self.plan.conditions.len(),

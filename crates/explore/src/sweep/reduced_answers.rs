@@ -8,15 +8,15 @@ use std::sync::{Mutex, PoisonError};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::journal::{Journal, Outcome};
+use super::journal::{ConditionOutcome, Journal};
 use super::own_solver::Own;
-use super::runner::run_rows;
-use super::{Plan, Purpose, Subject, SweepOptions, Swept, execute_by, provenance, tabulated};
+use super::runner::{Pieces, run_rows};
+use super::{Plan, Purpose, SweepOptions, SweepSubject, Swept, execute_by, provenance, tabulated, width};
 use coldplate_base::error::Result;
 use coldplate_base::numbers::significant;
 use coldplate_base::progress::Silent;
 use coldplate_describe::machine::Condition;
-use coldplate_reduce::{Answer, Asked, Guess, Guesses, answers};
+use coldplate_reduce::{Asked, Guess, Guesses, ReducedAnswer, answers};
 use coldplate_tables::{Table, TextColumn};
 
 /// Key of the provenance of a table some of whose rows a reduced model answered: the largest bound of each output.
@@ -25,7 +25,7 @@ pub const BOUNDS: &str = "bounds";
 /// Number of conditions that a reduced model answered; each field is a key under `answered` of `coldplate sweep --json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[allow(missing_docs)]
-pub struct Answered {
+pub struct ReducedRows {
     /// Accuracy that the sweep file asks for, K.
     #[serde(rename = "accuracy_K")]
     pub accuracy: f64,
@@ -36,7 +36,7 @@ pub struct Answered {
     pub largest_bound: f64,
 }
 
-impl Answered {
+impl ReducedRows {
     /// The numbers in a sentence.
     pub fn sentence(&self) -> String {
         format!(
@@ -56,12 +56,13 @@ impl Answered {
 pub(super) fn execute(
     own: &Own<'_>,
     plan: &Plan,
-    subject: &Subject,
+    subject: &SweepSubject,
     folder: &Path,
     options: SweepOptions<'_>,
     accuracy: f64,
 ) -> Result<Swept> {
-    let find = |plan: &Plan, _, width: usize, journal: &mut Journal| fill(own, plan, width, journal, options, accuracy);
+    let width = width(plan, subject);
+    let find = |plan: &Plan, _, journal: &mut Journal| fill(own, plan, width, journal, options, accuracy);
     let mut swept = execute_by(plan, subject, folder, &find, &mut |_| Ok(None))?;
     swept.notes = own.notes();
     Ok(swept)
@@ -78,15 +79,15 @@ fn fill(own: &Own<'_>, plan: &Plan, width: usize, journal: &mut Journal, options
         keep(state.solution.temperatures);
         Ok(values)
     };
-    let is_solved = |outcome: &Option<Outcome>| matches!(outcome, Some(Outcome::Values(_)));
-    let is_done = |outcome: &Option<Outcome>| is_solved(outcome) || outcome.is_some() && !options.retry_failed;
+    let is_solved = |outcome: &Option<ConditionOutcome>| matches!(outcome, Some(ConditionOutcome::Values(_)));
+    let is_done = |outcome: &Option<ConditionOutcome>| is_solved(outcome) || outcome.is_some() && !options.retry_failed;
     if !journal.outcomes().iter().all(is_done) {
         let mut in_full = |rows: &[usize], guess: &Guesses<'_>| -> Result<Vec<Option<Vec<f64>>>> {
             let fields: Mutex<HashMap<usize, Vec<f64>>> = Mutex::default();
             let keep = |row: usize, field| drop(fields.lock().unwrap_or_else(PoisonError::into_inner).insert(row, field));
             let mut sorted = rows.to_vec();
             sorted.sort_unstable();
-            run_rows(&sorted, (sorted.len(), "conditions in full"), width, journal, options, |row| {
+            run_rows(&sorted, Pieces { total: sorted.len(), name: "conditions in full" }, width, journal, options, |row| {
                 solve(row, guess(row), &|field| keep(row, field))
             })?;
             let mut fields = fields.into_inner().unwrap_or_else(PoisonError::into_inner);
@@ -101,18 +102,21 @@ fn fill(own: &Own<'_>, plan: &Plan, width: usize, journal: &mut Journal, options
         let conditions: Vec<Condition> = plan.conditions.iter().map(|si| Condition::from_si(si.clone())).collect();
         let asked = Asked { conditions: &conditions, in_full: &|row| own.is_sloped(plan, row), accuracy };
         let progress = options.progress.unwrap_or(&Silent);
-        let found = answers(own.study, (&own.reference, own.center()?), &asked, &mut in_full, progress)?;
+        let found = answers(own.study, &own.reference, own.center()?, &asked, &mut in_full, progress)?;
         let held = journal.outcomes();
         let new =
             found.iter().enumerate().filter(|(row, _)| !is_done(&held[*row])).filter_map(|(row, answer)| Some((row, answer.as_ref()?)));
-        let new: Vec<(usize, Outcome)> = new.map(|(row, answer)| (row, Outcome::Values(values_of(own, answer)))).collect();
+        let new: Vec<(usize, ConditionOutcome)> =
+            new.map(|(row, answer)| (row, ConditionOutcome::Values(values_of(own, answer)))).collect();
         journal.absorb(new)?;
     }
-    run_rows(&(0..count).collect::<Vec<_>>(), (count, "conditions"), width, journal, options, |row| solve(row, None, &|_| ()))
+    run_rows(&(0..count).collect::<Vec<_>>(), Pieces { total: count, name: "conditions" }, width, journal, options, |row| {
+        solve(row, None, &|_| ())
+    })
 }
 
 /// Values of an answer in the order of the journal: readings as they are shown, zeros for slopes, bounds.
-fn values_of(own: &Own<'_>, answer: &Answer) -> Vec<f64> {
+fn values_of(own: &Own<'_>, answer: &ReducedAnswer) -> Vec<f64> {
     own.count_boiling(answer.boiling.iter().copied());
     let measurands = &own.study.model.network.measurands;
     let shown = measurands.iter().zip(&answer.readings).map(|(measurand, reading)| measurand.shown(*reading));
@@ -121,27 +125,27 @@ fn values_of(own: &Own<'_>, answer: &Answer) -> Vec<f64> {
 }
 
 /// Name and unit of every output's bound.
-pub(super) fn names(plan: &Plan, subject: &Subject) -> Vec<(String, String)> {
+pub(super) fn names(plan: &Plan, subject: &SweepSubject) -> Vec<(String, String)> {
     let unit = |unit: &str| if unit == "degC" { "K".to_string() } else { unit.to_string() };
     let all = if plan.accuracy.is_some() { &subject.outputs[..] } else { &[] };
     all.iter().map(|(name, own)| (format!("bound({name})"), unit(own))).collect()
 }
 
 /// Index of the first bound among the values of a condition.
-fn place(subject: &Subject) -> usize {
+fn place(subject: &SweepSubject) -> usize {
     subject.outputs.len() * (1 + subject.open.parameters.len())
 }
 
 /// Adds to every row of a table, those of `is_of`, the way it was answered and its largest bound, and to the table the largest
 /// bound of each output.
-pub(super) fn mark(table: &mut Table, plan: &Plan, subject: &Subject, outcomes: &[Outcome], is_of: impl Fn(usize) -> bool) {
+pub(super) fn mark(table: &mut Table, plan: &Plan, subject: &SweepSubject, outcomes: &[ConditionOutcome], is_of: impl Fn(usize) -> bool) {
     if plan.accuracy.is_none() {
         return;
     }
     let mut outputs: BTreeMap<&str, f64> = subject.outputs.iter().map(|(name, _)| (name.as_str(), 0.0)).collect();
     let (mut answered, mut within) = (Vec::new(), Vec::new());
     for (_, outcome) in outcomes.iter().enumerate().filter(|(row, _)| is_of(*row)) {
-        let Outcome::Values(values) = outcome else { continue };
+        let ConditionOutcome::Values(values) = outcome else { continue };
         let bounds = &values[place(subject)..];
         let largest = bounds.iter().copied().fold(0.0, f64::max);
         answered.push(if largest > 0.0 { "by reduced model" } else { "in full" }.to_string());
@@ -156,7 +160,7 @@ pub(super) fn mark(table: &mut Table, plan: &Plan, subject: &Subject, outcomes: 
 }
 
 /// The bound of every reading, row by row, and the number of conditions that the reduced model answered.
-pub(super) fn told(plan: &Plan, subject: &Subject, outcomes: &[Outcome]) -> Option<(Table, Answered)> {
+pub(super) fn told(plan: &Plan, subject: &SweepSubject, outcomes: &[ConditionOutcome]) -> Option<(Table, ReducedRows)> {
     let accuracy = plan.accuracy?;
     let names = names(plan, subject);
     let table = tabulated(plan, outcomes, |_| true, place(subject), &names, provenance(plan, subject, Purpose::Fit));
@@ -164,5 +168,5 @@ pub(super) fn told(plan: &Plan, subject: &Subject, outcomes: &[Outcome]) -> Opti
     let bounds: Vec<f64> = (0..table.rows()).map(largest).collect();
     let by_reduced_model = bounds.iter().filter(|bound| **bound > 0.0).count();
     let largest_bound = bounds.iter().copied().fold(0.0, f64::max);
-    Some((table, Answered { accuracy, in_full: bounds.len() - by_reduced_model, by_reduced_model, largest_bound }))
+    Some((table, ReducedRows { accuracy, in_full: bounds.len() - by_reduced_model, by_reduced_model, largest_bound }))
 }

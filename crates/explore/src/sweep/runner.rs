@@ -5,7 +5,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-use super::journal::{Journal, Outcome};
+use super::journal::{ConditionOutcome, Journal};
 use coldplate_base::error::{Error, Result};
 use coldplate_base::progress::Progress;
 
@@ -38,20 +38,29 @@ pub fn run(
     journal: &mut Journal,
     options: SweepOptions<'_>,
     solve: impl Fn(usize) -> Result<Vec<f64>> + Sync,
-) -> Result<Vec<Outcome>> {
+) -> Result<Vec<ConditionOutcome>> {
     let end = conditions.end;
-    run_rows(&conditions.collect::<Vec<_>>(), (end, "conditions"), outputs, journal, options, solve)?;
+    run_rows(&conditions.collect::<Vec<_>>(), Pieces { total: end, name: "conditions" }, outputs, journal, options, solve)?;
     journal.held(end)
 }
 
-/// Solves the `rows` (indices in the design, ascending) that `journal` does not hold, as [`run`] does. Progress is reported as
-/// a number of `total` pieces of a name, which are all held at the end.
+/// Pieces of work that the progress of a run counts.
+#[derive(Debug, Clone, Copy)]
+pub struct Pieces<'a> {
+    /// Number of all pieces.
+    pub total: usize,
+    /// Name of the pieces, in the plural.
+    pub name: &'a str,
+}
+
+/// Solves the `rows` (indices in the design, ascending) that `journal` does not hold, as [`run`] does. Progress is counted
+/// in `pieces`, which are all held at the end.
 ///
 /// # Errors
 /// Errors of [`run`].
 pub fn run_rows(
     rows: &[usize],
-    (total, what): (usize, &str),
+    pieces: Pieces<'_>,
     outputs: usize,
     journal: &mut Journal,
     options: SweepOptions<'_>,
@@ -61,14 +70,14 @@ pub fn run_rows(
     if let Some(beyond) = rows.last().filter(|last| held.len() <= **last) {
         return Err(Error::input(format!("the journal is of {} conditions, the design has at least {}", held.len(), beyond + 1)));
     }
-    let wanted = |outcome: &Option<Outcome>| match outcome {
+    let wanted = |outcome: &Option<ConditionOutcome>| match outcome {
         None => true,
-        Some(Outcome::Failed(_)) => options.retry_failed,
-        Some(Outcome::Values(values)) => values.len() != outputs,
+        Some(ConditionOutcome::Failed(_)) => options.retry_failed,
+        Some(ConditionOutcome::Values(values)) => values.len() != outputs,
     };
     let pending: Vec<usize> = rows.iter().copied().filter(|row| wanted(&held[*row])).collect();
-    let known = total - pending.len();
-    let count = |now: usize| options.progress.iter().for_each(|p| p.count(known + now, total, what));
+    let known = pieces.total - pending.len();
+    let count = |now: usize| options.progress.iter().for_each(|p| p.count(known + now, pieces.total, pieces.name));
     count(0);
     let shared = Mutex::new((&mut *journal, None::<Error>));
     let (next, done, stop) = (AtomicUsize::new(0), AtomicUsize::new(0), AtomicBool::new(false));
@@ -101,22 +110,22 @@ pub fn run_rows(
     error.map_or(Ok(()), Err)
 }
 
-fn outcome_of(index: usize, outputs: usize, solve: &(impl Fn(usize) -> Result<Vec<f64>> + Sync)) -> Result<Outcome> {
+fn outcome_of(index: usize, outputs: usize, solve: &(impl Fn(usize) -> Result<Vec<f64>> + Sync)) -> Result<ConditionOutcome> {
     Ok(match catch_unwind(AssertUnwindSafe(|| solve(index))) {
         Ok(Ok(values)) if values.len() != outputs => {
-            Outcome::Failed(format!("the solver gave {} values where {outputs} were expected", values.len()))
+            ConditionOutcome::Failed(format!("the solver gave {} values where {outputs} were expected", values.len()))
         }
         Ok(Ok(values)) => match values.iter().position(|v| !v.is_finite()) {
-            None => Outcome::Values(values),
-            Some(at) => Outcome::Failed(format!("output {} is not finite: {}", at + 1, values[at])),
+            None => ConditionOutcome::Values(values),
+            Some(at) => ConditionOutcome::Failed(format!("output {} is not finite: {}", at + 1, values[at])),
         },
         Ok(Err(error)) if std::error::Error::source(&error).is_some() => return Err(error),
         Ok(Err(error)) => {
-            Outcome::Failed(error.to_string().lines().map(str::trim).filter(|l| !l.is_empty()).collect::<Vec<_>>().join("; "))
+            ConditionOutcome::Failed(error.to_string().lines().map(str::trim).filter(|l| !l.is_empty()).collect::<Vec<_>>().join("; "))
         }
         Err(panic) => {
             let text = panic.downcast_ref::<&str>().map(ToString::to_string).or_else(|| panic.downcast_ref::<String>().cloned());
-            Outcome::Failed(format!("the solver broke down: {}", text.unwrap_or_else(|| "no message".into())))
+            ConditionOutcome::Failed(format!("the solver broke down: {}", text.unwrap_or_else(|| "no message".into())))
         }
     })
 }

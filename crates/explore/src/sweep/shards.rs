@@ -6,9 +6,9 @@ use std::str::FromStr;
 
 use serde::Serialize;
 
-use super::journal::{self, Journal, Outcome};
-use super::runner::run_rows;
-use super::{JOURNAL, Plan, Subject, SweepOptions, header};
+use super::journal::{self, ConditionOutcome, Journal};
+use super::runner::{Pieces, run_rows};
+use super::{JOURNAL, Plan, SweepOptions, SweepSubject, header};
 use coldplate_base::error::{Error, Result};
 
 /// Folder of the parts' journals, in that of the results.
@@ -98,7 +98,8 @@ pub fn check(plan: &Plan) -> Result<()> {
 /// # Errors
 /// The design grows; a journal cannot be written, is in use, or is that of another sweep; errors of [`super::run`].
 pub fn run(
-    (plan, subject): (&Plan, &Subject),
+    plan: &Plan,
+    subject: &SweepSubject,
     folder: &Path,
     shard: Shard,
     options: SweepOptions<'_>,
@@ -110,16 +111,19 @@ pub fn run(
     std::fs::create_dir_all(folder.join(SHARDS)).map_err(|e| Error::file("make", &folder.join(SHARDS), e).at_key("--out"))?;
     let (whole, _) = journal::held(&folder.join(JOURNAL), &header)?;
     let is_done = |row: &usize| match &whole[*row] {
-        Some(Outcome::Values(_)) => true,
-        Some(Outcome::Failed(_)) => !options.retry_failed,
+        Some(ConditionOutcome::Values(_)) => true,
+        Some(ConditionOutcome::Failed(_)) => !options.retry_failed,
         None => false,
     };
     let rows: Vec<usize> = shard.rows(plan.conditions.len()).collect();
     let open: Vec<usize> = rows.iter().copied().filter(|row| !is_done(row)).collect();
     let mut journal = Journal::open(&path, &header)?;
     let held = open.iter().filter(|row| journal.outcomes()[**row].is_some()).count();
-    run_rows(&open, (rows.len(), &format!("conditions of part {shard}")), width, &mut journal, options, |row| solve(plan, row))?;
-    let is_failed = |row: &&usize| matches!(journal.outcomes()[**row].as_ref().or(whole[**row].as_ref()), Some(Outcome::Failed(_)));
+    run_rows(&open, Pieces { total: rows.len(), name: &format!("conditions of part {shard}") }, width, &mut journal, options, |row| {
+        solve(plan, row)
+    })?;
+    let is_failed =
+        |row: &&usize| matches!(journal.outcomes()[**row].as_ref().or(whole[**row].as_ref()), Some(ConditionOutcome::Failed(_)));
     Ok(ShardRecord {
         shard: shard.to_string(),
         conditions: rows.len(),

@@ -5,12 +5,14 @@ use std::path::{Path, PathBuf};
 use super::merge::{self, Merged};
 use super::own_solver::Own;
 use super::shards::{self, Shard, ShardRecord};
-use super::{Definition, Grow, Open, Plan, SolvedBy, Subject, SweepOptions, Swept, execute, execute_growing, own_solver, reduced_answers};
-use crate::external::{Program, Values};
+use super::{
+    Grow, Open, Plan, SolvedBy, SweepDefinition, SweepOptions, SweepSubject, Swept, execute, execute_growing, own_solver, reduced_answers,
+};
+use crate::external::{Program, TemplateValues};
 use coldplate_base::error::{Error, Result};
 use coldplate_base::progress::Silent;
 use coldplate_describe::machine::{Condition, Machine, ModelError, Scope};
-use coldplate_solve::sensitivity::Study;
+use coldplate_solve::study::Study;
 
 /// Most conditions of the design that cells are chosen for, count, if the machine file asks for an accuracy of the mesh.
 /// Chosen: each costs solves.
@@ -20,7 +22,7 @@ const CHOSEN_AT: usize = 16;
 #[derive(Debug)]
 pub struct Sweep {
     /// The sweep file.
-    pub definition: Definition,
+    pub definition: SweepDefinition,
     /// Variables, measurement points and limits of the sweep.
     pub scope: Scope,
     /// The conditions.
@@ -45,7 +47,7 @@ impl Sweep {
     /// # Errors
     /// One of the files is wrong, the mesh cannot be made, or the program not be run.
     pub fn open(path: impl AsRef<Path>, cells: Option<usize>, sets: &[(String, String)]) -> Result<Self> {
-        let definition = Definition::read(path.as_ref())?;
+        let definition = SweepDefinition::read(path.as_ref())?;
         let (scope, program) = definition.asked(sets)?;
         // Before the mesh, which takes its time: a mistake in the design should show at once.
         let plan = definition.plan(&scope.variables)?;
@@ -71,7 +73,7 @@ impl Sweep {
     ///
     /// # Errors
     /// Errors of [`Open::of`].
-    pub fn of(definition: Definition, plan: Plan, study: Study) -> Result<Self> {
+    pub fn of(definition: SweepDefinition, plan: Plan, study: Study) -> Result<Self> {
         let open = Open::of(&study, definition.uncertainty)?;
         Ok(Self { definition, scope: study.model.machine.scope(), plan, solver: Solving::Own(Box::new((study, open))) })
     }
@@ -79,11 +81,6 @@ impl Sweep {
     /// The machine file with the machine on its mesh, if our own solver is used.
     pub fn study(&self) -> Option<&Study> {
         if let Solving::Own(own) = &self.solver { Some(&own.0) } else { None }
-    }
-
-    /// The machine on its mesh, if our own solver is used, and nothing else of the sweep.
-    pub fn into_study(self) -> Option<Study> {
-        if let Solving::Own(own) = self.solver { Some(own.0) } else { None }
     }
 
     /// The other program that solves, if there is one.
@@ -100,14 +97,14 @@ impl Sweep {
     }
 
     /// Identity and names of the results.
-    pub fn subject(&self) -> Subject {
+    pub fn subject(&self) -> SweepSubject {
         let (machine, hash) = (self.scope.name.clone(), self.scope.hash.clone());
         match &self.solver {
             Solving::Own(own) => {
                 let (study, open) = own.as_ref();
                 let mesh = format!("{} cells, {} nodes", study.model.mesh.cells, study.model.network.nodes);
                 let outputs = study.model.machine.sensors.iter().map(|s| (s.name.clone(), s.measurand().unit().to_string())).collect();
-                Subject { machine, hash, by: SolvedBy::Mesh(mesh), outputs, open: open.clone() }
+                SweepSubject { machine, hash, by: SolvedBy::Mesh(mesh), outputs, open: open.clone() }
             }
             Solving::Program(program) => {
                 let by =
@@ -115,7 +112,7 @@ impl Sweep {
                 let outputs: Vec<(String, String)> = program.points().into_iter().map(|point| (point.name, point.unit)).collect();
                 let sensors = vec![0.0; outputs.len()];
                 let model_error = ModelError { sensors, common: 0.0, growth: 0.0, measured: Vec::new(), is_stated: false };
-                Subject { machine, hash, by, outputs, open: Open { parameters: Vec::new(), correlations: Vec::new(), model_error } }
+                SweepSubject { machine, hash, by, outputs, open: Open { parameters: Vec::new(), correlations: Vec::new(), model_error } }
             }
         }
     }
@@ -159,7 +156,7 @@ impl Sweep {
     /// Errors of [`shards::run`].
     pub fn run_shard(&self, folder: &Path, shard: Shard, options: SweepOptions<'_>) -> Result<ShardRecord> {
         let subject = self.subject();
-        Ok(self.solving(folder, options, |solve, options| shards::run((&self.plan, &subject), folder, shard, options, solve))?.0)
+        Ok(self.solving(folder, options, |solve, options| shards::run(&self.plan, &subject, folder, shard, options, solve))?.0)
     }
 
     /// Merges the conditions of other journals into that of `folder`.
@@ -199,7 +196,7 @@ impl Sweep {
             Solving::Program(program) => {
                 let workshop = program.workshop(folder);
                 let options = SweepOptions { threads: program.at_once.or(options.threads), ..options };
-                let solve = |plan: &Plan, row: usize| workshop.solve(Values { si: &plan.conditions[row], shown: &plan.shown[row] });
+                let solve = |plan: &Plan, row: usize| workshop.solve(TemplateValues { si: &plan.conditions[row], shown: &plan.shown[row] });
                 Ok((work(&solve, options)?, Vec::new()))
             }
         }

@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
-use super::Definition;
+use super::SweepDefinition;
 use super::definition::SOLVER;
 use crate::external::Program;
 use coldplate_base::document::Document;
 use coldplate_base::error::Result;
 use coldplate_describe::machine::{Machine, Scope};
 
-impl Definition {
+impl SweepDefinition {
     /// The machine file with the changes of this file and then `sets`; `None` if this file names no machine.
     ///
     /// # Errors
@@ -34,7 +34,7 @@ impl Definition {
     /// The scope, and the other program that solves, if there is one.
     ///
     /// # Errors
-    /// Errors of [`Definition::scope`] and [`Program::read`].
+    /// Errors of [`SweepDefinition::scope`] and [`Program::read`].
     pub fn asked(&self, sets: &[(String, String)]) -> Result<(Scope, Option<Program>)> {
         let root = self.document().root();
         let machine = self.machine_file(sets)?.map(|document| Machine::from_document(&document)).transpose()?;
@@ -70,11 +70,11 @@ impl Definition {
 /// The scope of a file: of a machine, or of a sweep that another program solves.
 ///
 /// # Errors
-/// Errors of [`Machine::from_document`] and [`Definition::scope`].
+/// Errors of [`Machine::from_document`] and [`SweepDefinition::scope`].
 pub fn scope_of(path: &Path) -> Result<Scope> {
     let document = Document::read(path)?;
     match document.root().has(SOLVER) {
-        true => Definition::new(document)?.scope(&[]),
+        true => SweepDefinition::new(document)?.scope(&[]),
         false => Ok(Machine::from_document(&document)?.scope()),
     }
 }

@@ -8,8 +8,9 @@ use serde::Serialize;
 use super::definition::Openness;
 use coldplate_base::error::{Error, Result};
 use coldplate_base::units::express;
-use coldplate_describe::machine::{ModelError, Variable};
-use coldplate_solve::sensitivity::{OpenParameter, Origin, Scale, Study};
+use coldplate_describe::machine::{DescribedVariable, ModelError};
+use coldplate_solve::sensitivity::{OpenParameter, Origin, Scale};
+use coldplate_solve::study::Study;
 
 /// Key of the note in the provenance of a table of slopes.
 const NOTE: &str = "uncertainty";
@@ -73,7 +74,7 @@ impl Open {
     ///
     /// # Errors
     /// A unit of a variable that cannot be expressed.
-    pub(super) fn note(&self, sensors: &[(String, String)], variables: &[Variable]) -> Result<(String, String)> {
+    pub(super) fn note(&self, sensors: &[(String, String)], variables: &[DescribedVariable]) -> Result<(String, String)> {
         let parameters = self.parameters.iter().map(|p| ParameterNote {
             name: &p.name,
             unit: &p.unit,

@@ -26,10 +26,7 @@ typedef struct {
     fmi2Real nextEventTime;
 } fmi2EventInfo;
 
-static surrogate_memory *surrogate_of(fmi2Component c)
-{
-    return &((surrogate_instance *)c)->memory;
-}
+//! common
 
 const char *FMI2(fmi2GetTypesPlatform)(void)
 {
@@ -41,14 +38,6 @@ const char *FMI2(fmi2GetVersion)(void)
     return "2.0";
 }
 
-fmi2Status FMI2(fmi2SetDebugLogging)(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String categories[])
-{
-    (void)on;
-    (void)n;
-    (void)categories;
-    return (c != NULL) ? fmi2OK : fmi2Error;
-}
-
 fmi2Component FMI2(fmi2Instantiate)(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources, const void *functions, fmi2Boolean visible, fmi2Boolean logging)
 {
     (void)name;
@@ -57,11 +46,6 @@ fmi2Component FMI2(fmi2Instantiate)(fmi2String name, fmi2Type type, fmi2String g
     (void)visible;
     (void)logging;
     return surrogate_new(guid, (type == fmi2CoSimulation) ? 1 : 0);
-}
-
-void FMI2(fmi2FreeInstance)(fmi2Component c)
-{
-    free(c);
 }
 
 fmi2Status FMI2(fmi2SetupExperiment)(fmi2Component c, fmi2Boolean has_tolerance, fmi2Real tolerance, fmi2Real start, fmi2Boolean has_stop, fmi2Real stop)
@@ -77,24 +61,6 @@ fmi2Status FMI2(fmi2SetupExperiment)(fmi2Component c, fmi2Boolean has_tolerance,
 fmi2Status FMI2(fmi2EnterInitializationMode)(fmi2Component c)
 {
     surrogate_of(c)->is_between_events = 0;
-    return fmi2OK;
-}
-
-fmi2Status FMI2(fmi2ExitInitializationMode)(fmi2Component c)
-{
-    surrogate_begin(surrogate_of(c));
-    return fmi2OK;
-}
-
-fmi2Status FMI2(fmi2Terminate)(fmi2Component c)
-{
-    surrogate_of(c)->is_terminated = 1;
-    return fmi2OK;
-}
-
-fmi2Status FMI2(fmi2Reset)(fmi2Component c)
-{
-    surrogate_start(surrogate_of(c));
     return fmi2OK;
 }
 
@@ -188,56 +154,9 @@ fmi2Status FMI2(fmi2SetString)(fmi2Component c, const fmi2ValueReference referen
     return (n == 0U) ? fmi2OK : fmi2Error;
 }
 
-fmi2Status FMI2(fmi2GetFMUstate)(fmi2Component c, fmi2FMUstate *state)
-{
-    return (surrogate_keep(surrogate_of(c), state) == 0) ? fmi2OK : fmi2Error;
-}
-
-fmi2Status FMI2(fmi2SetFMUstate)(fmi2Component c, fmi2FMUstate state)
-{
-    return (surrogate_restore(surrogate_of(c), state) == 0) ? fmi2OK : fmi2Error;
-}
-
-fmi2Status FMI2(fmi2FreeFMUstate)(fmi2Component c, fmi2FMUstate *state)
-{
-    (void)c;
-    if (state != NULL) {
-        free(*state);
-        *state = NULL;
-    }
-    return fmi2OK;
-}
-
-fmi2Status FMI2(fmi2SerializedFMUstateSize)(fmi2Component c, fmi2FMUstate state, size_t *size)
-{
-    (void)c;
-    (void)state;
-    *size = sizeof(surrogate_memory);
-    return fmi2OK;
-}
-
-fmi2Status FMI2(fmi2SerializeFMUstate)(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size)
-{
-    (void)c;
-    return (surrogate_pack(state, bytes, size) == 0) ? fmi2OK : fmi2Error;
-}
-
-fmi2Status FMI2(fmi2DeSerializeFMUstate)(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state)
-{
-    (void)c;
-    return (surrogate_unpack(bytes, size, state) == 0) ? fmi2OK : fmi2Error;
-}
-
 fmi2Status FMI2(fmi2GetDirectionalDerivative)(fmi2Component c, const fmi2ValueReference unknowns[], size_t n_unknowns, const fmi2ValueReference knowns[], size_t n_knowns, const fmi2Real seeds[], fmi2Real sensitivities[])
 {
     return (surrogate_directional(surrogate_of(c), unknowns, n_unknowns, knowns, n_knowns, seeds, sensitivities) == 0) ? fmi2OK : fmi2Error;
-}
-
-/* Model exchange. */
-fmi2Status FMI2(fmi2EnterEventMode)(fmi2Component c)
-{
-    surrogate_of(c)->is_between_events = 0;
-    return fmi2OK;
 }
 
 fmi2Status FMI2(fmi2NewDiscreteStates)(fmi2Component c, fmi2EventInfo *info)
@@ -245,87 +164,6 @@ fmi2Status FMI2(fmi2NewDiscreteStates)(fmi2Component c, fmi2EventInfo *info)
     surrogate_refresh(surrogate_of(c));
     (void)memset(info, 0, sizeof(*info));
     return fmi2OK;
-}
-
-fmi2Status FMI2(fmi2EnterContinuousTimeMode)(fmi2Component c)
-{
-    surrogate_refresh(surrogate_of(c));
-    surrogate_of(c)->is_between_events = 1;
-    return fmi2OK;
-}
-
-fmi2Status FMI2(fmi2CompletedIntegratorStep)(fmi2Component c, fmi2Boolean no_set_state, fmi2Boolean *enter_event_mode, fmi2Boolean *terminate)
-{
-    (void)c;
-    (void)no_set_state;
-    *enter_event_mode = 0;
-    *terminate = 0;
-    return fmi2OK;
-}
-
-fmi2Status FMI2(fmi2SetTime)(fmi2Component c, fmi2Real time)
-{
-    surrogate_of(c)->time = time;
-    return fmi2OK;
-}
-
-fmi2Status FMI2(fmi2SetContinuousStates)(fmi2Component c, const fmi2Real x[], size_t n)
-{
-//? moving
-    if (n == (size_t)SURROGATE_CONTINUOUS) {
-        surrogate_set_states(surrogate_of(c), x);
-    }
-//? else
-    (void)c;
-    (void)x;
-//? end
-    return (n == (size_t)SURROGATE_CONTINUOUS) ? fmi2OK : fmi2Error;
-}
-
-fmi2Status FMI2(fmi2GetDerivatives)(fmi2Component c, fmi2Real derivatives[], size_t n)
-{
-    fmi2Status status = (n == (size_t)SURROGATE_CONTINUOUS) ? fmi2OK : fmi2Error;
-//? moving
-    if ((status == fmi2OK) && (surrogate_slopes_now(surrogate_of(c), derivatives) != 0)) {
-        status = fmi2Error;
-    }
-//? else
-    (void)c;
-    (void)derivatives;
-//? end
-    return status;
-}
-
-fmi2Status FMI2(fmi2GetContinuousStates)(fmi2Component c, fmi2Real x[], size_t n)
-{
-//? moving
-    if (n == (size_t)SURROGATE_CONTINUOUS) {
-        surrogate_refresh(surrogate_of(c));
-        (void)memcpy(x, surrogate_of(c)->moving.states, sizeof(surrogate_of(c)->moving.states));
-    }
-//? else
-    (void)c;
-    (void)x;
-//? end
-    return (n == (size_t)SURROGATE_CONTINUOUS) ? fmi2OK : fmi2Error;
-}
-
-fmi2Status FMI2(fmi2GetNominalsOfContinuousStates)(fmi2Component c, fmi2Real nominals[], size_t n)
-{
-    size_t i;
-    for (i = 0U; i < n; i++) {
-        nominals[i] = 1.0;
-    }
-    (void)c;
-    return (n == (size_t)SURROGATE_CONTINUOUS) ? fmi2OK : fmi2Error;
-}
-
-fmi2Status FMI2(fmi2GetEventIndicators)(fmi2Component c, fmi2Real indicators[], size_t n)
-{
-    if (n == (size_t)SURROGATE_INDICATORS) {
-        surrogate_indicators(surrogate_of(c), indicators);
-    }
-    return (n == (size_t)SURROGATE_INDICATORS) ? fmi2OK : fmi2Error;
 }
 
 /* Co-simulation. */

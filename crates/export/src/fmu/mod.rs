@@ -19,6 +19,20 @@ use description::Description;
 /// The part of the C source common to both versions of the interface.
 const CORE: &str = include_str!("core.c");
 
+/// The functions that both versions have, as version 3.0 spells them.
+const COMMON: &str = include_str!("common.c");
+/// Words of [`COMMON`] that version 2.0 spells in another way, in the order in which they are replaced.
+const OLDER: [(&str, &str); 8] = [
+    ("fmi3Instance", "fmi2Component"),
+    ("GetContinuousStateDerivatives", "GetDerivatives"),
+    ("Deserialize", "DeSerialize"),
+    ("FMUState", "FMUstate"),
+    ("Float64", "Real"),
+    ("= false;", "= 0;"),
+    ("fmi3", "fmi2"),
+    ("FMI3", "FMI2"),
+];
+
 /// Version of the interface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Version {
@@ -31,6 +45,13 @@ impl Version {
         match self {
             Self::Two => "fmi2",
             Self::Three => "fmi3",
+        }
+    }
+
+    fn common(self) -> String {
+        match self {
+            Self::Two => OLDER.iter().fold(COMMON.to_owned(), |text, (newer, older)| text.replace(newer, older)),
+            Self::Three => COMMON.to_owned(),
         }
     }
 
@@ -93,6 +114,7 @@ fn interface(content: &Content, name: &str, token: &str, version: Version) -> St
     tables += &table("range_high", variables.iter().map(|v| v.high).collect());
     tables += &table("starts", variables.iter().map(description::start).collect());
     filling.block("tables", tables);
+    filling.block("common", filling.fill(&version.common(), name));
     filling.block("interface", filling.fill(version.interface(), name));
     filling.fill(CORE, name)
 }

@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 
+use coldplate_runtime::format::{POLE, WEIGHTS};
+
 use crate::File;
 use crate::content::{Content, InTime};
 use crate::flat::{self, Entries, Table, Tables};
@@ -12,16 +14,6 @@ use crate::template::{Filling, wrapped};
 const SOURCE: &str = include_str!("surrogate.st");
 /// The part of the function block for the machine over time.
 const IN_TIME: &str = include_str!("in_time.st");
-
-/// Pole of the steps (dimensionless), as in the runtime.
-const POLE: f64 = 0.435_866_521_508_459;
-/// Weights of one, two and three solves (dimensionless), as in the runtime.
-const WEIGHTS: [f64; 3] = {
-    let (first, second) = (1.0 / POLE, 0.5 / (POLE * POLE));
-    let third = second - first - (first - 1.0);
-    let two = first - 1.0 - 2.0 * third;
-    [1.0 - two - third, two, third]
-};
 
 pub(crate) fn write(content: &Content, name: &str) -> Vec<File> {
     let mut filling = Filling::of(content);

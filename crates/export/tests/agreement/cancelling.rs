@@ -15,7 +15,7 @@ struct Numbers {
 }
 
 impl Numbers {
-    /// docs/surrogate-format.md says where they are.
+    /// docs/reference/surrogate-format.md says where they are.
     fn of(bytes: &[u8]) -> Self {
         let at = |place: usize| usize::from(u16::from_le_bytes([bytes[place], bytes[place + 1]]));
         let records = [(10, 8), (16, 8), (18, 28), (20, 16), (22, 16), (24, 16), (26, 8)];

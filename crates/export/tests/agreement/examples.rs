@@ -1,4 +1,4 @@
-//! The examples of docs/embed.md, run as they stand there.
+//! The examples of docs/how-to/embed.md, run as they stand there.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -39,7 +39,7 @@ fn examples(page: &str) -> Vec<Example> {
 #[test]
 fn the_examples_of_the_page_print_what_it_says() {
     let own = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let page = std::fs::read_to_string(own.join("../../docs/embed.md")).expect("the page is there");
+    let page = std::fs::read_to_string(own.join("../../docs/how-to/embed.md")).expect("the page is there");
     let examples = examples(&page);
     assert_eq!(examples.len(), Target::ALL.len(), "one example per target");
     for (number, example) in examples.iter().enumerate() {

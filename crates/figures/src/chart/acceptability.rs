@@ -4,15 +4,14 @@
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::Figure;
-use super::axis::{Axis, Frame};
-use super::canvas::{Canvas, Place, Stroke};
-use super::contour::{Grid, around};
+use super::axis::{PlotAxis, PlotFrame};
+use super::canvas::{Canvas, PixelPoint, Stroke};
+use super::contour::{ValueGrid, around};
 use super::legend::{Legend, Swatch, paint_badge, paint_here};
-use super::levels::{self, Level};
+use super::levels::{self, ContourLevel};
 use super::page::{MARGIN, Page, fixed_conditions};
 use super::regions::{Hatch, Zone, fill_positive, hatch, zones};
 use super::style::{ACCEPTABLE, Dash, INK, NOT_ACCEPTABLE, Quantity, Rgb, UNCERTAIN, fixed, unit_symbol};
-use super::surface::Surface;
 use super::ticks::{Range, linear};
 use coldplate_base::error::{Error, Result};
 
@@ -50,7 +49,7 @@ impl CellState {
 
 /// One condition to be marked.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Here {
+pub struct MarkedCondition {
     /// Horizontal value.
     pub x: f64,
     /// Vertical value.
@@ -90,7 +89,7 @@ pub struct AcceptabilityMap {
     /// The variables held, with their values.
     pub fixed: Vec<(Quantity, f64)>,
     /// A condition to be marked.
-    pub here: Option<Here>,
+    pub here: Option<MarkedCondition>,
     /// More lines for the footer.
     pub notes: Vec<String>,
 }
@@ -126,9 +125,9 @@ pub fn letter(index: usize) -> String {
 }
 
 impl AcceptabilityMap {
-    fn margins(&self) -> Result<Grid> {
+    fn margins(&self) -> Result<ValueGrid> {
         let grid =
-            Grid::new(self.x_values.clone(), self.y_values.clone(), self.margin.clone()).map_err(|e| e.at_key(self.title.clone()))?;
+            ValueGrid::new(self.x_values.clone(), self.y_values.clone(), self.margin.clone()).map_err(|e| e.at_key(self.title.clone()))?;
         let nodes = grid.z.len();
         for (name, length) in [("state", self.state.len()), ("binding", self.binding.len())] {
             if length != nodes {
@@ -163,8 +162,8 @@ impl AcceptabilityMap {
     }
 
     /// Two functions: positive where acceptable, positive where not acceptable.
-    fn borders(&self, margins: &Grid) -> (Grid, Grid) {
-        let of = |wanted: CellState| Grid { z: self.signed(wanted), ..margins.clone() };
+    fn borders(&self, margins: &ValueGrid) -> (ValueGrid, ValueGrid) {
+        let of = |wanted: CellState| ValueGrid { z: self.signed(wanted), ..margins.clone() };
         (of(CellState::Acceptable), of(CellState::NotAcceptable))
     }
 
@@ -172,20 +171,20 @@ impl AcceptabilityMap {
     ///
     /// # Errors
     /// Input: the map's data contradict each other or are empty.
-    pub fn axes(&self) -> Result<(Axis, Axis)> {
+    pub fn axes(&self) -> Result<(PlotAxis, PlotAxis)> {
         let grid = self.margins()?;
         let ends = |axis: &[f64]| Range { low: axis[0], high: axis[axis.len() - 1] };
-        Ok((Axis::linear(self.x.label(), ends(&grid.x)), Axis::linear(self.y.label(), ends(&grid.y))))
+        Ok((PlotAxis::linear(self.x.label(), ends(&grid.x)), PlotAxis::linear(self.y.label(), ends(&grid.y))))
     }
 
     /// Areas, contours and letters inside a frame made with [`AcceptabilityMap::axes`].
     ///
     /// # Errors
     /// Errors of [`AcceptabilityMap::axes`]; the surface refuses.
-    pub fn paint_inside<S: Surface>(&self, canvas: &mut Canvas<S>, frame: &Frame, look: Look) -> Result<()> {
+    pub fn paint_inside(&self, canvas: &mut Canvas, frame: &PlotFrame, look: Look) -> Result<()> {
         let margins = self.margins()?;
         let (accept, reject) = self.borders(&margins);
-        let known = Grid { z: margins.z.iter().map(|m| if m.is_finite() { 1.0 } else { f64::NAN }).collect(), ..margins.clone() };
+        let known = ValueGrid { z: margins.z.iter().map(|m| if m.is_finite() { 1.0 } else { f64::NAN }).collect(), ..margins.clone() };
         let place = |x: f64, y: f64| frame.at(x, y);
         // The rest is uncertain, so that colour goes under the others.
         fill_positive(canvas, &known, UNCERTAIN, place)?;
@@ -197,17 +196,17 @@ impl AcceptabilityMap {
             let t = (frame.bottom() - py) / frame.height;
             (frame.x.range.low + s * frame.x.range.length(), frame.y.range.low + t * frame.y.range.length())
         };
-        hatch(canvas, corner, size, (Hatch::Falling, NOT_ACCEPTABLE), |px, py| {
+        hatch(canvas, corner, size, Hatch::Falling, NOT_ACCEPTABLE, |px, py| {
             let (x, y) = back(px, py);
             reject.value(x, y) > 0.0
         })?;
-        hatch(canvas, corner, size, (Hatch::Rising, UNCERTAIN), |px, py| {
+        hatch(canvas, corner, size, Hatch::Rising, UNCERTAIN, |px, py| {
             let (x, y) = back(px, py);
             accept.value(x, y) <= 0.0 && reject.value(x, y) <= 0.0
         })?;
         for border in [&accept, &reject] {
             for line in border.contour(0.0) {
-                let places: Vec<Place> = line.points.iter().map(|p| frame.at(p.0, p.1)).collect();
+                let places: Vec<PixelPoint> = line.points.iter().map(|p| frame.at(p.0, p.1)).collect();
                 canvas.line(&places, Stroke::solid(INK, 1.0))?;
             }
         }
@@ -235,18 +234,18 @@ impl AcceptabilityMap {
     }
 
     /// Contour lines of the probability, found on its normal quantile, which is nearly linear.
-    fn probability_lines(&self, frame: &Frame, margins: &Grid) -> Vec<Level> {
+    fn probability_lines(&self, frame: &PlotFrame, margins: &ValueGrid) -> Vec<ContourLevel> {
         let deviations = |p: f64| Normal::standard().inverse_cdf(p.clamp(1e-9, 1.0 - 1e-9));
         let z = self.probability.iter().map(|p| if p.is_finite() { deviations(*p) } else { f64::NAN }).collect();
-        let grid = Grid { z, ..margins.clone() };
+        let grid = ValueGrid { z, ..margins.clone() };
         let level = |p: &f64| {
             let label = Some(format!("{} %", fixed(100.0 * p, 0)));
-            Level::new(frame, &grid.contour(deviations(*p)), label, if *p == 0.5 { 2.6 } else { 1.1 })
+            ContourLevel::new(frame, &grid.contour(deviations(*p)), label, if *p == 0.5 { 2.6 } else { 1.1 })
         };
         PROBABILITIES.iter().map(level).collect()
     }
 
-    fn levels(&self, margins: &Grid) -> Vec<f64> {
+    fn levels(&self, margins: &ValueGrid) -> Vec<f64> {
         let mut known: Vec<f64> = margins.z.iter().copied().filter(|m| m.is_finite()).collect();
         known.sort_by(f64::total_cmp);
         // The step suits the bulk of the map: a margin often falls steeply in one corner.
@@ -260,7 +259,7 @@ impl AcceptabilityMap {
     }
 
     /// Contour lines of the margin: the zero line, and the others if the look has contours.
-    fn margin_lines(&self, frame: &Frame, margins: &Grid, look: Look) -> Vec<Level> {
+    fn margin_lines(&self, frame: &PlotFrame, margins: &ValueGrid, look: Look) -> Vec<ContourLevel> {
         let levels = self.levels(margins);
         let step = levels.windows(2).map(|p| (p[1] - p[0]).abs()).filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min);
         let decimals = if step.is_finite() { (-(step.log10() + 1e-9).floor()).clamp(0.0, 6.0) as usize } else { 1 };
@@ -269,15 +268,15 @@ impl AcceptabilityMap {
             let zero = is_zero(level);
             let sign = if level > 0.0 && !zero { "+" } else { "" };
             let text = format!("{sign}{} {}", fixed(if zero { 0.0 } else { level }, decimals), unit_symbol(&self.margin_unit));
-            let lines = margins.contour_in(level, |i, j| zero || !self.jumps(margins, (i, j), step));
-            Level::new(frame, &lines, look.contours.then_some(text), if zero { 2.6 } else { 1.1 })
+            let lines = margins.contour_in(level, |i, j| zero || !self.jumps(margins, i, j, step));
+            ContourLevel::new(frame, &lines, look.contours.then_some(text), if zero { 2.6 } else { 1.1 })
         };
         levels.into_iter().filter(|level| is_zero(*level) || look.contours).map(line).collect()
     }
 
     /// Whether the margin jumps within a cell because another limit begins to bind there. The margins between belong to no
     /// limit, so their contour lines would be a wall along the border.
-    fn jumps(&self, margins: &Grid, (i, j): (usize, usize), step: f64) -> bool {
+    fn jumps(&self, margins: &ValueGrid, i: usize, j: usize, step: f64) -> bool {
         let nodes = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)];
         let binding = nodes.map(|(i, j)| self.binding.get(j * self.x_values.len() + i));
         let (low, high) = nodes
@@ -294,7 +293,7 @@ impl AcceptabilityMap {
     }
 
     /// Dashed lines where another limit begins to bind.
-    fn paint_binding_borders<S: Surface>(&self, canvas: &mut Canvas<S>, frame: &Frame, margins: &Grid) -> Result<()> {
+    fn paint_binding_borders(&self, canvas: &mut Canvas, frame: &PlotFrame, margins: &ValueGrid) -> Result<()> {
         let numbers = self.binding_numbers();
         let mut present: Vec<(usize, usize)> = Vec::new();
         for n in numbers.iter().flatten() {
@@ -315,9 +314,9 @@ impl AcceptabilityMap {
                 _ => f64::NAN,
             });
             let z = z.collect();
-            let indicator = Grid { z, ..margins.clone() };
+            let indicator = ValueGrid { z, ..margins.clone() };
             for line in indicator.contour(0.5) {
-                let places: Vec<Place> = smoothed(&line.points).iter().map(|p| frame.at(p.0, p.1)).collect();
+                let places: Vec<PixelPoint> = smoothed(&line.points).iter().map(|p| frame.at(p.0, p.1)).collect();
                 canvas.line(&places, Stroke { colour: INK, width: 1.3, dash: BINDING_BORDER })?;
             }
         }
@@ -325,12 +324,12 @@ impl AcceptabilityMap {
     }
 
     /// Places of the letters of the binding limits: in every zone large enough to hold one.
-    fn badges(&self, frame: &Frame, look: Look) -> Vec<(Place, usize)> {
+    fn badges(&self, frame: &PlotFrame, look: Look) -> Vec<(PixelPoint, usize)> {
         let (nx, ny) = (self.x_values.len(), self.y_values.len());
         let spacing = (frame.width / (nx.max(2) - 1) as f64, frame.height / (ny.max(2) - 1) as f64);
         let found = zones(&self.binding_numbers(), nx, ny, spacing);
         let largest = |zone: &Zone| found.iter().filter(|z| z.number == zone.number).all(|z| z.nodes <= zone.nodes);
-        let mut badges: Vec<(Place, usize)> = Vec::new();
+        let mut badges: Vec<(PixelPoint, usize)> = Vec::new();
         for zone in &found {
             let share = zone.nodes as f64 / (nx * ny) as f64;
             if !(largest(zone) || share > 0.04 && zone.room > look.badge) {
@@ -400,12 +399,12 @@ impl AcceptabilityMap {
 }
 
 /// Smooths a staircase between nodes by repeated averaging with both neighbours; the ends are kept.
-fn smoothed(points: &[Place]) -> Vec<Place> {
+fn smoothed(points: &[PixelPoint]) -> Vec<PixelPoint> {
     let mut line = points.to_vec();
     for _ in 0..60 {
         let before = line.clone();
         for (k, three) in before.windows(3).enumerate() {
-            let mean = |of: fn(&Place) -> f64| 0.25 * of(&three[0]) + 0.5 * of(&three[1]) + 0.25 * of(&three[2]);
+            let mean = |of: fn(&PixelPoint) -> f64| 0.25 * of(&three[0]) + 0.5 * of(&three[1]) + 0.25 * of(&three[2]);
             line[k + 1] = (mean(|p| p.0), mean(|p| p.1));
         }
     }
@@ -424,10 +423,10 @@ impl Figure for AcceptabilityMap {
         Ok((WIDTH, page.top() + body + page.bottom()))
     }
 
-    fn paint<S: Surface>(&self, canvas: &mut Canvas<S>) -> Result<()> {
+    fn paint(&self, canvas: &mut Canvas) -> Result<()> {
         let page = self.page();
         let (x, y) = self.axes()?;
-        let frame = Frame::inside((MARGIN, page.top()), (PLOT_WIDTH, PLOT), x, y);
+        let frame = PlotFrame::inside((MARGIN, page.top()), (PLOT_WIDTH, PLOT), x, y);
         self.paint_inside(canvas, &frame, Look { label: 13.0, badge: 11.0, contours: true })?;
         frame.paint_axes(canvas)?;
         self.legend().paint_stacked(canvas, (MARGIN + PLOT_WIDTH + 14.0, frame.top), self.legend_width())?;

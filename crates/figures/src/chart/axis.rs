@@ -1,9 +1,8 @@
 //! Axes and the frame of a plot: ticks that never collide, titles with units, values to places.
 
-use super::canvas::{Canvas, Place, Stroke, Text};
-use super::fonts::{self, Weight};
+use super::canvas::{Canvas, CanvasText, PixelPoint, PixelSize, Stroke};
+use super::fonts::{self, FontWeight};
 use super::style::{AXIS, GRID, size};
-use super::surface::Surface;
 use super::ticks::{self, Range, Ticks};
 use coldplate_base::error::Result;
 
@@ -21,7 +20,7 @@ pub enum Spacing {
 
 /// An axis: title, range and spacing.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Axis {
+pub struct PlotAxis {
     /// Title, with its unit.
     pub title: String,
     /// Values from end to end.
@@ -30,7 +29,7 @@ pub struct Axis {
     pub spacing: Spacing,
 }
 
-impl Axis {
+impl PlotAxis {
     /// An evenly spaced axis.
     pub fn linear(title: impl Into<String>, range: Range) -> Self {
         Self { title: title.into(), range, spacing: Spacing::Linear }
@@ -71,7 +70,7 @@ impl Axis {
                 .iter()
                 .zip(&ticks.labels)
                 .map(|(v, label)| {
-                    let half = fonts::width(label, text, Weight::Regular) / 2.0 + 5.0;
+                    let half = fonts::width(label, text, FontWeight::Regular) / 2.0 + 5.0;
                     let at = self.fraction(*v) * length;
                     (at - half, at + half)
                 })
@@ -91,7 +90,7 @@ impl Axis {
 
 /// A plot: the rectangle its data are drawn in, and its two axes with their ticks.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Frame {
+pub struct PlotFrame {
     /// Left edge of the data rectangle, in CSS pixels.
     pub left: f64,
     /// Top edge.
@@ -101,31 +100,31 @@ pub struct Frame {
     /// Height.
     pub height: f64,
     /// Horizontal axis.
-    pub x: Axis,
+    pub x: PlotAxis,
     /// Vertical axis.
-    pub y: Axis,
+    pub y: PlotAxis,
     text: f64,
     x_ticks: Ticks,
     y_ticks: Ticks,
 }
 
-impl Frame {
+impl PlotFrame {
     /// A plot that with its tick labels and titles fills this rectangle.
-    pub fn inside((left, top): Place, (width, height): (f64, f64), x: Axis, y: Axis) -> Self {
+    pub fn inside((left, top): PixelPoint, (width, height): PixelSize, x: PlotAxis, y: PlotAxis) -> Self {
         Self::with_text((left, top), (width, height), x, y, size::TICK)
     }
 
-    /// A plot like [`Frame::inside`], with tick labels of this size; titles are one pixel larger.
-    pub fn with_text((left, top): Place, (width, height): (f64, f64), x: Axis, y: Axis, text: f64) -> Self {
+    /// A plot like [`PlotFrame::inside`], with tick labels of this size; titles are one pixel larger.
+    pub fn with_text((left, top): PixelPoint, (width, height): PixelSize, x: PlotAxis, y: PlotAxis, text: f64) -> Self {
         let below = 2.0 * text + 22.0;
         let above = 0.5 * text;
         let inner_height = (height - below - above).max(20.0);
         let most = (inner_height / (2.6 * text)).clamp(1.0, 10.0) as usize;
         let y_ticks = y.ticks(most);
-        let widest = y_ticks.labels.iter().map(|l| fonts::width(l, text, Weight::Regular)).fold(0.0, f64::max);
+        let widest = y_ticks.labels.iter().map(|l| fonts::width(l, text, FontWeight::Regular)).fold(0.0, f64::max);
         let before = if y.title.is_empty() { widest + 10.0 } else { widest + text + 20.0 };
         // Half of the last label under the horizontal axis may stand out to the right.
-        let last = x.ticks(3).labels.last().map_or(0.0, |l| fonts::width(l, text, Weight::Regular));
+        let last = x.ticks(3).labels.last().map_or(0.0, |l| fonts::width(l, text, FontWeight::Regular));
         let behind = (0.5 * last + 4.0).max(8.0);
         let inner_width = (width - before - behind).max(20.0);
         let x_ticks = x.ticks_across(inner_width, text);
@@ -133,7 +132,7 @@ impl Frame {
     }
 
     /// Gives the data another rectangle; the ticks of the horizontal axis are chosen anew.
-    pub fn set_rectangle(&mut self, (left, top): Place, (width, height): (f64, f64)) {
+    pub fn set_rectangle(&mut self, (left, top): PixelPoint, (width, height): PixelSize) {
         (self.left, self.top, self.width, self.height) = (left, top, width.max(20.0), height.max(1.0));
         self.x_ticks = self.x.ticks_across(self.width, self.text);
     }
@@ -149,7 +148,7 @@ impl Frame {
     }
 
     /// Place at which a pair of values is drawn.
-    pub fn at(&self, x: f64, y: f64) -> Place {
+    pub fn at(&self, x: f64, y: f64) -> PixelPoint {
         (self.left + self.x.fraction(x) * self.width, self.bottom() - self.y.fraction(y) * self.height)
     }
 
@@ -157,7 +156,7 @@ impl Frame {
     ///
     /// # Errors
     /// If the surface refuses.
-    pub fn paint_grid<S: Surface>(&self, canvas: &mut Canvas<S>) -> Result<()> {
+    pub fn paint_grid(&self, canvas: &mut Canvas) -> Result<()> {
         let stroke = Stroke::solid(GRID, 1.0);
         for v in &self.x_ticks.values {
             let x = self.left + self.x.fraction(*v) * self.width;
@@ -174,7 +173,7 @@ impl Frame {
     ///
     /// # Errors
     /// If the surface refuses.
-    pub fn paint_across<S: Surface>(&self, canvas: &mut Canvas<S>, grid: bool) -> Result<()> {
+    pub fn paint_across(&self, canvas: &mut Canvas, grid: bool) -> Result<()> {
         let text = self.text;
         for (v, label) in self.x_ticks.values.iter().zip(&self.x_ticks.labels) {
             let x = self.left + self.x.fraction(*v) * self.width;
@@ -182,48 +181,48 @@ impl Frame {
                 canvas.line(&[(x, self.top), (x, self.bottom())], Stroke::solid(GRID, 1.0))?;
             }
             canvas.line(&[(x, self.bottom()), (x, self.bottom() + 5.0)], Stroke::solid(AXIS, 1.2))?;
-            canvas.text((x, self.bottom() + 7.0 + text), &Text::new(label).size(text).middle())?;
+            canvas.text((x, self.bottom() + 7.0 + text), &CanvasText::new(label).size(text).middle())?;
         }
         canvas.frame(self.left, self.top, self.width, self.height, Stroke::solid(AXIS, 1.2))?;
-        let title = fonts::fit(&self.x.full_title(&self.x_ticks), text + 1.0, Weight::Regular, self.width);
-        canvas.text((self.left + self.width / 2.0, self.bottom() + 2.0 * text + 17.0), &Text::new(&title).size(text + 1.0).middle())
+        let title = fonts::fit(&self.x.full_title(&self.x_ticks), text + 1.0, FontWeight::Regular, self.width);
+        canvas.text((self.left + self.width / 2.0, self.bottom() + 2.0 * text + 17.0), &CanvasText::new(&title).size(text + 1.0).middle())
     }
 
     /// Frame, ticks, labels and titles, drawn after the data.
     ///
     /// # Errors
     /// If the surface refuses.
-    pub fn paint_axes<S: Surface>(&self, canvas: &mut Canvas<S>) -> Result<()> {
+    pub fn paint_axes(&self, canvas: &mut Canvas) -> Result<()> {
         let stroke = Stroke::solid(AXIS, 1.2);
         let text = self.text;
         canvas.frame(self.left, self.top, self.width, self.height, stroke)?;
         for (v, label) in self.x_ticks.values.iter().zip(&self.x_ticks.labels) {
             let x = self.left + self.x.fraction(*v) * self.width;
             canvas.line(&[(x, self.bottom()), (x, self.bottom() + 5.0)], stroke)?;
-            canvas.text((x, self.bottom() + 7.0 + text), &Text::new(label).size(text).middle())?;
+            canvas.text((x, self.bottom() + 7.0 + text), &CanvasText::new(label).size(text).middle())?;
         }
         for (v, label) in self.y_ticks.values.iter().zip(&self.y_ticks.labels) {
             let y = self.bottom() - self.y.fraction(*v) * self.height;
             canvas.line(&[(self.left - 5.0, y), (self.left, y)], stroke)?;
-            canvas.text((self.left - 8.0, y + 0.36 * text), &Text::new(label).size(text).end())?;
+            canvas.text((self.left - 8.0, y + 0.36 * text), &CanvasText::new(label).size(text).end())?;
         }
         self.paint_titles(canvas)
     }
 
-    fn paint_titles<S: Surface>(&self, canvas: &mut Canvas<S>) -> Result<()> {
+    fn paint_titles(&self, canvas: &mut Canvas) -> Result<()> {
         let text = self.text;
         let title = text + 1.0;
-        let widest = self.y_ticks.labels.iter().map(|l| fonts::width(l, text, Weight::Regular)).fold(0.0, f64::max);
+        let widest = self.y_ticks.labels.iter().map(|l| fonts::width(l, text, FontWeight::Regular)).fold(0.0, f64::max);
         let (across, small) = fitted(&self.x.full_title(&self.x_ticks), title, self.width + 0.5 * widest);
-        canvas.text((self.left + self.width / 2.0, self.bottom() + 2.0 * text + 17.0), &Text::new(&across).size(small).middle())?;
+        canvas.text((self.left + self.width / 2.0, self.bottom() + 2.0 * text + 17.0), &CanvasText::new(&across).size(small).middle())?;
         let (up, small) = fitted(&self.y.full_title(&self.y_ticks), title, self.height + text);
-        canvas.text((self.left - widest - 16.0, self.top + self.height / 2.0), &Text::new(&up).size(small).middle().upwards())
+        canvas.text((self.left - widest - 16.0, self.top + self.height / 2.0), &CanvasText::new(&up).size(small).middle().upwards())
     }
 }
 
 /// A title set a little smaller if it is too long, and shortened if that is not enough.
 fn fitted(title: &str, size: f64, limit: f64) -> (String, f64) {
-    let width = fonts::width(title, size, Weight::Regular).max(1.0);
+    let width = fonts::width(title, size, FontWeight::Regular).max(1.0);
     let size = (size * limit / width).clamp(size.min(12.0), size);
-    (fonts::fit(title, size, Weight::Regular, limit), size)
+    (fonts::fit(title, size, FontWeight::Regular, limit), size)
 }

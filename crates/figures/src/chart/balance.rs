@@ -1,16 +1,15 @@
 //! Heat balance before and after a change of the model: two bars per source and sink.
 
 use super::Figure;
-use super::axis::Axis;
-use super::canvas::{Canvas, Stroke, Text};
-use super::fonts::{self, Weight};
+use super::axis::PlotAxis;
+use super::canvas::{Canvas, CanvasText, Stroke};
+use super::fonts::{self, FontWeight};
 use super::heat::watts;
 use super::legend::{Legend, Swatch};
 use super::page::{MARGIN, Page, fixed_conditions};
 use super::regions::{Hatch, hatch_rectangle};
-use super::rows::Rows;
+use super::rows::NamedRows;
 use super::style::{AXIS, BLUE, Quantity, Rgb, size};
-use super::surface::Surface;
 use super::ticks::Range;
 use coldplate_base::error::{Error, Result};
 
@@ -74,18 +73,18 @@ impl BalanceFigure {
         self.sources.iter().chain(&self.sinks).any(|p| p.after.is_some())
     }
 
-    fn rows(&self) -> Rows {
-        Rows::new(self.groups().flat_map(|(_, pairs)| pairs.iter().map(|p| p.name.as_str())), 270.0, ROW)
+    fn rows(&self) -> NamedRows {
+        NamedRows::new(self.groups().flat_map(|(_, pairs)| pairs.iter().map(|p| p.name.as_str())), 270.0, ROW)
     }
 
-    fn axis(&self) -> Result<Axis> {
+    fn axis(&self) -> Result<PlotAxis> {
         let Some(range) = Range::of(self.values().chain([0.0])).filter(|_| self.values().next().is_some()) else {
             return Err(Error::input("there is no heat flow to draw").at_key(self.title.clone()));
         };
         // Numbers stand beyond the ends of the bars.
         let below = if range.low < 0.0 { 0.16 } else { 0.0 };
         let length = range.length() / (1.0 - 0.16 - below);
-        Ok(Axis::linear("heat flow [W]", Range { low: range.low - below * length, high: range.high + 0.16 * length }))
+        Ok(PlotAxis::linear("heat flow [W]", Range { low: range.low - below * length, high: range.high + 0.16 * length }))
     }
 
     fn legend(&self) -> Legend {
@@ -110,17 +109,17 @@ impl Figure for BalanceFigure {
         Ok((WIDTH, page.top() + self.legend().running_height(page.room()) + 4.0 + bars + 54.0 + page.bottom()))
     }
 
-    fn paint<S: Surface>(&self, canvas: &mut Canvas<S>) -> Result<()> {
+    fn paint(&self, canvas: &mut Canvas) -> Result<()> {
         let (page, legend, all) = (self.page(), self.legend(), self.rows());
         legend.paint_running(canvas, (MARGIN, page.top()), page.room())?;
         let mut top = page.top() + legend.running_height(page.room()) + 4.0;
         let count = self.groups().count();
         for (index, (heading, pairs)) in self.groups().enumerate() {
-            let mut rows = Rows::new(pairs.iter().map(|p| p.name.as_str()), 270.0, ROW);
+            let mut rows = NamedRows::new(pairs.iter().map(|p| p.name.as_str()), 270.0, ROW);
             // Both groups share the column of names and the height of rows.
             (rows.names_width, rows.row) = (all.names_width, all.row);
             let frame = rows.frame(MARGIN, top + HEADING - 4.0, WIDTH - MARGIN, self.axis()?);
-            canvas.text((MARGIN, top + 15.0), &Text::new(heading).size(size::TICK).bold())?;
+            canvas.text((MARGIN, top + 15.0), &CanvasText::new(heading).size(size::TICK).bold())?;
             rows.paint(canvas, &frame)?;
             let zero = frame.at(0.0, 0.0).0;
             for (k, pair) in pairs.iter().enumerate() {
@@ -135,9 +134,9 @@ impl Figure for BalanceFigure {
                     let end = frame.at(*value, 0.0).0;
                     let (left, width) = (zero.min(end), (end - zero).abs().max(1.0));
                     canvas.rectangle(left, y, width, height, *colour, 1.0)?;
-                    hatch_rectangle(canvas, (left, y), (width, height), (*hatch, *colour))?;
-                    let label = fonts::fit(&watts(*value), 11.5, Weight::Regular, 0.14 * frame.width);
-                    let text = Text::new(&label).size(11.5);
+                    hatch_rectangle(canvas, (left, y), (width, height), *hatch, *colour)?;
+                    let label = fonts::fit(&watts(*value), 11.5, FontWeight::Regular, 0.14 * frame.width);
+                    let text = CanvasText::new(&label).size(11.5);
                     let baseline = y + height / 2.0 + 0.36 * 11.5;
                     if *value < 0.0 {
                         canvas.text((left - 6.0, baseline), &text.end())?;

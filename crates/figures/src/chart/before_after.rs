@@ -2,12 +2,11 @@
 //! condition, before and after.
 
 use super::Figure;
-use super::axis::{Axis, Frame};
-use super::canvas::{Canvas, Stroke, Text};
+use super::axis::{PlotAxis, PlotFrame};
+use super::canvas::{Canvas, CanvasText, Stroke};
 use super::legend::{Legend, Swatch};
 use super::page::{MARGIN, Page};
 use super::style::{AXIS, BLUE, DASHED, GRID, INK, MUTED, Marker, Quantity, Rgb, VERMILLION, size, unit_symbol};
-use super::surface::Surface;
 use super::ticks::Range;
 use coldplate_base::error::{Error, Result};
 
@@ -54,7 +53,7 @@ impl BeforeAfter {
         legend
     }
 
-    fn frames(&self, top: f64) -> Result<(Frame, Frame)> {
+    fn frames(&self, top: f64) -> Result<(PlotFrame, PlotFrame)> {
         let values = Range::of(self.readings.iter().flatten().copied());
         let errors = Range::of(self.conditions.iter().flat_map(|c| [c.0, c.1]).chain([0.0, self.noise_floor]));
         let (Some(values), Some(errors)) = (values.filter(|_| !self.conditions.is_empty()), errors) else {
@@ -63,19 +62,19 @@ impl BeforeAfter {
         let values = values.padded(0.05);
         let unit = if self.quantity.unit.is_empty() { String::new() } else { format!(" [{}]", unit_symbol(&self.quantity.unit)) };
         let difference = unit.replace("°C", "K");
-        let left = Frame::inside(
+        let left = PlotFrame::inside(
             (MARGIN, top),
             (440.0, PLOT),
-            Axis::linear(format!("measured{unit}"), values),
-            Axis::linear(format!("predicted{unit}"), values),
+            PlotAxis::linear(format!("measured{unit}"), values),
+            PlotAxis::linear(format!("predicted{unit}"), values),
         );
         let count = Range { low: 0.3, high: self.conditions.len() as f64 + 0.7 };
         let high = Range { low: 0.0, high: errors.high.max(1e-9) * 1.08 };
-        let right = Frame::inside(
+        let right = PlotFrame::inside(
             (MARGIN + 456.0, top),
             (WIDTH - 2.0 * MARGIN - 456.0, PLOT),
-            Axis::counting("condition kept out, in the order of the data", count),
-            Axis::linear(format!("root mean square error{difference}"), high),
+            PlotAxis::counting("condition kept out, in the order of the data", count),
+            PlotAxis::linear(format!("root mean square error{difference}"), high),
         );
         Ok((left, right))
     }
@@ -92,12 +91,12 @@ impl Figure for BeforeAfter {
         Ok((WIDTH, page.top() + 20.0 + PLOT + 6.0 + self.legend().running_height(page.room()) + page.bottom()))
     }
 
-    fn paint<S: Surface>(&self, canvas: &mut Canvas<S>) -> Result<()> {
+    fn paint(&self, canvas: &mut Canvas) -> Result<()> {
         let page = self.page();
         let top = page.top() + 20.0;
         let (left, right) = self.frames(top)?;
         for (frame, name) in [(&left, "Every reading"), (&right, "Error of each condition")] {
-            canvas.text((frame.left, top - 2.0), &Text::new(name).size(size::TICK).bold().colour(AXIS))?;
+            canvas.text((frame.left, top - 2.0), &CanvasText::new(name).size(size::TICK).bold().colour(AXIS))?;
             frame.paint_grid(canvas)?;
         }
         let ends = [left.x.range.low, left.x.range.high].map(|v| left.at(v, v));

@@ -3,21 +3,20 @@
 
 use super::Figure;
 use super::acceptability::{AcceptabilityMap, CellState};
-use super::axis::{Axis, Frame};
-use super::canvas::{Canvas, Place, Stroke, Text};
-use super::contour::{Grid, around, label_place};
-use super::fonts::{self, Weight};
+use super::axis::{PlotAxis, PlotFrame};
+use super::canvas::{Canvas, CanvasText, PixelPoint, Stroke};
+use super::contour::{ValueGrid, around, label_place};
+use super::fonts::{self, FontWeight};
 use super::legend::{Legend, Swatch};
 use super::page::{MARGIN, Page, fixed_conditions};
 use super::regions::{Hatch, hatch};
 use super::style::{Quantity, series};
-use super::surface::Surface;
 use super::ticks::Range;
 use coldplate_base::error::{Error, Result};
 
 /// One model of the machine over two variables; values per node lie at `[j * x_values.len() + i]`.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Model {
+pub struct BorderedModel {
     /// Name of the model, for the legend.
     pub name: String,
     /// Signed distance of a node from the border of acceptable conditions: positive where acceptable.
@@ -41,7 +40,7 @@ pub struct BordersFigure {
     /// Rising values of the vertical variable.
     pub y_values: Vec<f64>,
     /// The models, in the order of the legend.
-    pub models: Vec<Model>,
+    pub models: Vec<BorderedModel>,
     /// The variables held, with their values.
     pub fixed: Vec<(Quantity, f64)>,
     /// More lines for the footer.
@@ -67,20 +66,20 @@ impl BordersFigure {
     pub fn add(&mut self, name: &str, map: AcceptabilityMap) {
         let signed = |wanted: CellState| map.signed(wanted);
         let (acceptable, not_acceptable) = (signed(CellState::Acceptable), signed(CellState::NotAcceptable));
-        self.models.push(Model { name: name.to_owned(), acceptable, not_acceptable });
+        self.models.push(BorderedModel { name: name.to_owned(), acceptable, not_acceptable });
         (self.x, self.y, self.x_values, self.y_values, self.fixed) = (map.x, map.y, map.x_values, map.y_values, map.fixed);
     }
 
-    fn grid(&self, z: Vec<f64>) -> Result<Grid> {
-        Grid::new(self.x_values.clone(), self.y_values.clone(), z).map_err(|e| e.at_key(self.title.clone()))
+    fn grid(&self, z: Vec<f64>) -> Result<ValueGrid> {
+        ValueGrid::new(self.x_values.clone(), self.y_values.clone(), z).map_err(|e| e.at_key(self.title.clone()))
     }
 
-    fn frame(&self, page: &Page, top: f64) -> Result<Frame> {
+    fn frame(&self, page: &Page, top: f64) -> Result<PlotFrame> {
         let ends = |values: &[f64]| values.first().zip(values.last()).map(|(low, high)| Range { low: *low, high: *high });
         let (Some(x), Some(y)) = (ends(&self.x_values), ends(&self.y_values)) else {
             return Err(Error::input("a map needs values of both variables").at_key(self.title.clone()));
         };
-        Ok(Frame::inside((MARGIN, top), (page.room(), PLOT), Axis::linear(self.x.label(), x), Axis::linear(self.y.label(), y)))
+        Ok(PlotFrame::inside((MARGIN, top), (page.room(), PLOT), PlotAxis::linear(self.x.label(), x), PlotAxis::linear(self.y.label(), y)))
     }
 
     fn legend(&self) -> Legend {
@@ -103,14 +102,14 @@ impl BordersFigure {
         page.top() + self.legend().running_height(page.room()) + 10.0
     }
 
-    fn paint_models<S: Surface>(&self, canvas: &mut Canvas<S>, frame: &Frame) -> Result<()> {
+    fn paint_models(&self, canvas: &mut Canvas, frame: &PlotFrame) -> Result<()> {
         let bounds = (frame.left, frame.top, frame.right(), frame.bottom());
         let mut taken = Vec::new();
         for (index, model) in self.models.iter().enumerate() {
             // Neither the one nor the other.
             let open = model.acceptable.iter().zip(&model.not_acceptable).map(|(a, b)| (-a).min(-b)).collect();
             let open = self.grid(open)?;
-            hatch(canvas, (frame.left, frame.top), (frame.width, frame.height), (pattern(index), series(index).colour), |px, py| {
+            hatch(canvas, (frame.left, frame.top), (frame.width, frame.height), pattern(index), series(index).colour, |px, py| {
                 let (s, t) = ((px - frame.left) / frame.width, (frame.bottom() - py) / frame.height);
                 open.value(frame.x.range.low + s * frame.x.range.length(), frame.y.range.low + t * frame.y.range.length()) > 0.0
             })?;
@@ -119,15 +118,15 @@ impl BordersFigure {
             let style = series(index);
             for (z, width) in [(&model.acceptable, 2.4), (&model.not_acceptable, 1.0)] {
                 for line in self.grid(z.clone())?.contour(0.0) {
-                    let places: Vec<Place> = line.points.iter().map(|p| frame.at(p.0, p.1)).collect();
+                    let places: Vec<PixelPoint> = line.points.iter().map(|p| frame.at(p.0, p.1)).collect();
                     canvas.line(&places, Stroke { colour: style.colour, width, dash: style.dash })?;
                     if width < 2.0 {
                         continue;
                     }
-                    let size = (fonts::width(&model.name, LABEL, Weight::Regular) + 8.0, LABEL * 1.3);
+                    let size = (fonts::width(&model.name, LABEL, FontWeight::Regular) + 8.0, LABEL * 1.3);
                     if let Some(at) = label_place(&places, size, bounds, &taken) {
                         taken.push(around(at, size));
-                        canvas.plate(at, &Text::new(&model.name).size(LABEL).colour(style.colour))?;
+                        canvas.plate(at, &CanvasText::new(&model.name).size(LABEL).colour(style.colour))?;
                     }
                 }
             }
@@ -147,7 +146,7 @@ impl Figure for BordersFigure {
         Ok((WIDTH, self.head(&page) + PLOT + page.bottom()))
     }
 
-    fn paint<S: Surface>(&self, canvas: &mut Canvas<S>) -> Result<()> {
+    fn paint(&self, canvas: &mut Canvas) -> Result<()> {
         let (page, legend) = (self.page(), self.legend());
         legend.paint_running(canvas, (MARGIN, page.top()), page.room())?;
         let frame = self.frame(&page, self.head(&page))?;

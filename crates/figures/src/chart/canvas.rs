@@ -1,12 +1,14 @@
 //! Drawing in CSS pixels on any surface: lines with dashes, markers, areas, texts.
 
-use super::fonts::{self, Weight};
+use super::fonts::{self, FontWeight};
 use super::style::{Dash, INK, Marker, Rgb, WHITE, size};
-use super::surface::{Anchor, Lettering, Pixel, Surface};
+use super::surface::{Anchor, DrawingSurface, Lettering, Pixel};
 use coldplate_base::error::Result;
 
 /// A point in CSS pixels, y downwards.
-pub type Place = (f64, f64);
+pub type PixelPoint = (f64, f64);
+/// Width and height in CSS pixels.
+pub type PixelSize = (f64, f64);
 
 /// Colour, width and dash of a line.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,19 +30,19 @@ impl Stroke {
 
 /// A text and how it is set.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Text<'a> {
+pub struct CanvasText<'a> {
     text: &'a str,
     size: f64,
-    weight: Weight,
+    weight: FontWeight,
     colour: Rgb,
     anchor: Anchor,
     upwards: bool,
 }
 
-impl<'a> Text<'a> {
+impl<'a> CanvasText<'a> {
     /// Regular, body size, ink, anchored at its left end.
     pub fn new(text: &'a str) -> Self {
-        Self { text, size: size::BODY, weight: Weight::Regular, colour: INK, anchor: Anchor::Start, upwards: false }
+        Self { text, size: size::BODY, weight: FontWeight::Regular, colour: INK, anchor: Anchor::Start, upwards: false }
     }
     /// Font size in CSS pixels.
     #[must_use]
@@ -51,7 +53,7 @@ impl<'a> Text<'a> {
     /// Bold.
     #[must_use]
     pub fn bold(mut self) -> Self {
-        self.weight = Weight::Bold;
+        self.weight = FontWeight::Bold;
         self
     }
     /// Colour.
@@ -85,17 +87,17 @@ impl<'a> Text<'a> {
 }
 
 /// A surface addressed in CSS pixels. Points that are not finite are left out; lines far outside are cut.
-pub struct Canvas<'a, S: Surface> {
-    surface: &'a mut S,
+pub struct Canvas<'a> {
+    surface: &'a mut dyn DrawingSurface,
     scale: f64,
 }
 
 /// Largest coordinate, in CSS pixels. Chosen: beyond any figure, and below the overflow of a surface.
 const FAR: f64 = 20_000.0;
 
-impl<'a, S: Surface> Canvas<'a, S> {
+impl<'a> Canvas<'a> {
     /// Draws on this surface.
-    pub fn new(surface: &'a mut S) -> Self {
+    pub fn new(surface: &'a mut dyn DrawingSurface) -> Self {
         let scale = surface.scale();
         Self { surface, scale }
     }
@@ -112,7 +114,7 @@ impl<'a, S: Surface> Canvas<'a, S> {
         painted
     }
 
-    fn pixel(&self, place: Place) -> Pixel {
+    fn pixel(&self, place: PixelPoint) -> Pixel {
         let to = |v: f64| (v.clamp(-FAR, FAR) * self.scale).round() as i32;
         (to(place.0), to(place.1))
     }
@@ -143,7 +145,7 @@ impl<'a, S: Surface> Canvas<'a, S> {
     ///
     /// # Errors
     /// If the surface refuses.
-    pub fn polygon(&mut self, places: &[Place], colour: Rgb, alpha: f64) -> Result<()> {
+    pub fn polygon(&mut self, places: &[PixelPoint], colour: Rgb, alpha: f64) -> Result<()> {
         if places.len() < 3 || places.iter().any(|p| !(p.0.is_finite() && p.1.is_finite())) {
             return Ok(());
         }
@@ -156,7 +158,7 @@ impl<'a, S: Surface> Canvas<'a, S> {
     ///
     /// # Errors
     /// If the surface refuses.
-    pub fn line(&mut self, places: &[Place], stroke: Stroke) -> Result<()> {
+    pub fn line(&mut self, places: &[PixelPoint], stroke: Stroke) -> Result<()> {
         for part in places.split(|p| !(p.0.is_finite() && p.1.is_finite())) {
             if stroke.dash.is_empty() {
                 self.unbroken(part, stroke)?;
@@ -169,7 +171,7 @@ impl<'a, S: Surface> Canvas<'a, S> {
         Ok(())
     }
 
-    fn unbroken(&mut self, places: &[Place], stroke: Stroke) -> Result<()> {
+    fn unbroken(&mut self, places: &[PixelPoint], stroke: Stroke) -> Result<()> {
         let mut pixels: Vec<Pixel> = places.iter().map(|p| self.pixel(*p)).collect();
         pixels.dedup();
         if pixels.len() < 2 {
@@ -183,7 +185,7 @@ impl<'a, S: Surface> Canvas<'a, S> {
     ///
     /// # Errors
     /// If the surface refuses.
-    pub fn disc(&mut self, (x, y): Place, radius: f64, colour: Rgb) -> Result<()> {
+    pub fn disc(&mut self, (x, y): PixelPoint, radius: f64, colour: Rgb) -> Result<()> {
         if !(x.is_finite() && y.is_finite() && radius > 0.0) {
             return Ok(());
         }
@@ -196,7 +198,7 @@ impl<'a, S: Surface> Canvas<'a, S> {
     ///
     /// # Errors
     /// If the surface refuses.
-    pub fn marker(&mut self, (x, y): Place, marker: Marker, radius: f64, colour: Rgb) -> Result<()> {
+    pub fn marker(&mut self, (x, y): PixelPoint, marker: Marker, radius: f64, colour: Rgb) -> Result<()> {
         let r = radius;
         match marker {
             Marker::Disc => self.disc((x, y), r, colour),
@@ -224,14 +226,14 @@ impl<'a, S: Surface> Canvas<'a, S> {
     ///
     /// # Errors
     /// If the surface refuses.
-    pub fn text(&mut self, place: Place, text: &Text) -> Result<()> {
+    pub fn text(&mut self, place: PixelPoint, text: &CanvasText) -> Result<()> {
         let line = fonts::one_line(text.text);
         if line.is_empty() || !(place.0.is_finite() && place.1.is_finite()) {
             return Ok(());
         }
         let at = self.pixel(place);
         let size = text.size * self.scale;
-        let Text { weight, colour, anchor, upwards, .. } = *text;
+        let CanvasText { weight, colour, anchor, upwards, .. } = *text;
         self.surface.text(at, &Lettering { text: &line, size, weight, colour, anchor, upwards })
     }
 
@@ -239,7 +241,7 @@ impl<'a, S: Surface> Canvas<'a, S> {
     ///
     /// # Errors
     /// If the surface refuses.
-    pub fn plate(&mut self, (x, y): Place, text: &Text) -> Result<()> {
+    pub fn plate(&mut self, (x, y): PixelPoint, text: &CanvasText) -> Result<()> {
         let (width, height) = (text.width() + 6.0, text.size * 1.15);
         self.rectangle(x - width / 2.0, y - height / 2.0, width, height, WHITE, 0.86)?;
         self.text((x, y + 0.36 * text.size), &text.clone().middle())
@@ -247,7 +249,7 @@ impl<'a, S: Surface> Canvas<'a, S> {
 }
 
 /// The pieces of a line that a dash leaves.
-fn dashes(places: &[Place], dash: Dash) -> Vec<Vec<Place>> {
+fn dashes(places: &[PixelPoint], dash: Dash) -> Vec<Vec<PixelPoint>> {
     let mut pieces = Vec::new();
     let Some(first) = places.first() else { return pieces };
     if dash.iter().any(|length| length.is_nan() || *length <= 0.0) {
@@ -257,7 +259,7 @@ fn dashes(places: &[Place], dash: Dash) -> Vec<Vec<Place>> {
     let mut piece = vec![*first];
     for pair in places.windows(2) {
         let (mut a, b) = (pair[0], pair[1]);
-        let clamped = |p: Place| (p.0.clamp(-FAR, FAR), p.1.clamp(-FAR, FAR));
+        let clamped = |p: PixelPoint| (p.0.clamp(-FAR, FAR), p.1.clamp(-FAR, FAR));
         a = clamped(a);
         let b = clamped(b);
         let mut length = (b.0 - a.0).hypot(b.1 - a.1);

@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use super::canvas::Place;
+use super::canvas::{PixelPoint, PixelSize};
 use coldplate_base::error::{Error, Result};
 
 /// Values on a rectangular grid, not necessarily evenly spaced. A value that is not finite is a hole.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Grid {
+pub struct ValueGrid {
     /// Rising horizontal positions, at least two.
     pub x: Vec<f64>,
     /// Rising vertical positions, at least two.
@@ -20,12 +20,12 @@ pub struct Grid {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Line {
     /// Points of the line in order.
-    pub points: Vec<Place>,
+    pub points: Vec<PixelPoint>,
     /// Whether the last point joins the first (which is then repeated at the end).
     pub closed: bool,
 }
 
-impl Grid {
+impl ValueGrid {
     /// Checks and takes the values.
     ///
     /// # Errors
@@ -63,7 +63,7 @@ impl Grid {
     }
 
     /// The four corners of a cell, counterclockwise from the lower left, unless one is a hole.
-    pub fn corners(&self, i: usize, j: usize) -> Option<[(Place, f64); 4]> {
+    pub fn corners(&self, i: usize, j: usize) -> Option<[(PixelPoint, f64); 4]> {
         let corner = |i: usize, j: usize| Some(((*self.x.get(i)?, *self.y.get(j)?), self.at(i, j)));
         let four = [corner(i, j)?, corner(i + 1, j)?, corner(i + 1, j + 1)?, corner(i, j + 1)?];
         four.iter().all(|c| c.1.is_finite()).then_some(four)
@@ -81,7 +81,7 @@ impl Grid {
     }
 
     /// The straight pieces of the contour, cell by cell; their ends are named by the grid edge they lie on.
-    fn pieces(&self, level: f64, is_open: impl Fn(usize, usize) -> bool) -> Vec<[(Edge, Place); 2]> {
+    fn pieces(&self, level: f64, is_open: impl Fn(usize, usize) -> bool) -> Vec<[(Edge, PixelPoint); 2]> {
         let mut pieces = Vec::new();
         for j in 0..self.y.len() - 1 {
             for i in (0..self.x.len() - 1).filter(|i| is_open(*i, j)) {
@@ -94,7 +94,7 @@ impl Grid {
                         (edges[e], (a.0 + t * (b.0 - a.0), a.1 + t * (b.1 - a.1)))
                     })
                 };
-                let cuts: Vec<(Edge, Place)> = (0..4).filter_map(cut).collect();
+                let cuts: Vec<(Edge, PixelPoint)> = (0..4).filter_map(cut).collect();
                 match cuts[..] {
                     [a, b] => pieces.push([a, b]),
                     [a, b, c, d] => {
@@ -128,7 +128,7 @@ fn cell(axis: &[f64], v: f64) -> Option<(usize, f64)> {
 type Edge = (usize, usize, bool);
 
 /// Joins pieces that share an end into lines; the order of the pieces decides the order of the lines.
-fn chain(pieces: Vec<[(Edge, Place); 2]>) -> Vec<Line> {
+fn chain(pieces: Vec<[(Edge, PixelPoint); 2]>) -> Vec<Line> {
     let mut ends: BTreeMap<Edge, Vec<usize>> = BTreeMap::new();
     for (index, piece) in pieces.iter().enumerate() {
         for (edge, _) in piece {
@@ -166,7 +166,7 @@ pub type Taken = (f64, f64, f64, f64);
 /// The place along a drawn line (CSS pixels) where a label of this size stands best: inside the bounds, clear of
 /// taken places, where the line is straight, as near its middle as possible. `None` if the line is shorter than twice
 /// the label or no place is free.
-pub fn label_place(line: &[Place], size: (f64, f64), bounds: Taken, taken: &[Taken]) -> Option<Place> {
+pub fn label_place(line: &[PixelPoint], size: PixelSize, bounds: Taken, taken: &[Taken]) -> Option<PixelPoint> {
     let mut along = vec![0.0];
     for pair in line.windows(2) {
         along.push(along.last().copied().unwrap_or(0.0) + (pair[1].0 - pair[0].0).hypot(pair[1].1 - pair[0].1));
@@ -181,7 +181,7 @@ pub fn label_place(line: &[Place], size: (f64, f64), bounds: Taken, taken: &[Tak
         let (a, b) = (line[k - 1], line[k]);
         (a.0 + t * (b.0 - a.0), a.1 + t * (b.1 - a.1))
     };
-    let mut best: Option<(f64, Place)> = None;
+    let mut best: Option<(f64, PixelPoint)> = None;
     for step in 1..40 {
         let s = total * f64::from(step) / 40.0;
         let (x, y) = place(s);
@@ -203,7 +203,7 @@ pub fn label_place(line: &[Place], size: (f64, f64), bounds: Taken, taken: &[Tak
 }
 
 /// The rectangle of this size around a place, with a little air.
-pub fn around((x, y): Place, (width, height): (f64, f64)) -> Taken {
+pub fn around((x, y): PixelPoint, (width, height): PixelSize) -> Taken {
     (x - width / 2.0 - 3.0, y - height / 2.0 - 2.0, x + width / 2.0 + 3.0, y + height / 2.0 + 2.0)
 }
 
@@ -216,10 +216,10 @@ pub fn overlaps(a: Taken, b: Taken) -> bool {
 mod tests {
     use super::*;
 
-    fn grid(n: usize, f: impl Fn(f64, f64) -> f64) -> Grid {
+    fn grid(n: usize, f: impl Fn(f64, f64) -> f64) -> ValueGrid {
         let axis: Vec<f64> = (0..n).map(|i| -1.0 + 2.0 * i as f64 / (n - 1) as f64).collect();
         let z = axis.iter().flat_map(|y| axis.iter().map(|x| f(*x, *y)).collect::<Vec<_>>()).collect();
-        Grid::new(axis.clone(), axis, z).unwrap()
+        ValueGrid::new(axis.clone(), axis, z).unwrap()
     }
 
     #[test]

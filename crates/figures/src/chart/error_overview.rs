@@ -2,13 +2,12 @@
 //! logarithmic axis.
 
 use super::Figure;
-use super::axis::Axis;
+use super::axis::PlotAxis;
 use super::canvas::{Canvas, Stroke};
 use super::legend::{Legend, Swatch};
 use super::page::{MARGIN, Page};
-use super::rows::Rows;
+use super::rows::NamedRows;
 use super::style::{BLUE, DASHED, GREEN, GRID, INK, Marker, Rgb, VERMILLION, size, unit_symbol};
-use super::surface::Surface;
 use super::ticks::Range;
 use coldplate_base::error::{Error, Result};
 
@@ -63,8 +62,8 @@ fn drawable(value: f64) -> bool {
 }
 
 impl ErrorOverview {
-    fn rows(&self) -> Rows {
-        Rows::new(self.points.iter().map(|p| p.name.as_str()), 280.0, 30.0)
+    fn rows(&self) -> NamedRows {
+        NamedRows::new(self.points.iter().map(|p| p.name.as_str()), 280.0, 30.0)
     }
 
     fn legend(&self) -> Legend {
@@ -80,7 +79,7 @@ impl ErrorOverview {
         legend
     }
 
-    fn axis(&self) -> Result<Axis> {
+    fn axis(&self) -> Result<PlotAxis> {
         let shown = self.points.iter().flat_map(|p| p.values()).flatten().chain(self.target).filter(|v| drawable(*v));
         let Some(range) = Range::of(shown.map(f64::log10)) else {
             return Err(Error::input("no point has a positive error to draw").at_key(self.title.clone()));
@@ -88,7 +87,7 @@ impl ErrorOverview {
         let room = (0.06 * range.length()).max(0.15);
         let range = Range { low: 10f64.powf(range.low - room), high: 10f64.powf(range.high + room) };
         let unit = if self.unit.is_empty() { String::new() } else { format!(" [{}]", unit_symbol(&self.unit)) };
-        Ok(Axis::logarithmic(format!("error{unit}"), range))
+        Ok(PlotAxis::logarithmic(format!("error{unit}"), range))
     }
 
     fn page(&self) -> Page {
@@ -107,7 +106,7 @@ impl Figure for ErrorOverview {
         Ok((WIDTH, page.top() + self.legend().running_height(page.room()) + 8.0 + self.rows().height() + 56.0 + page.bottom()))
     }
 
-    fn paint<S: Surface>(&self, canvas: &mut Canvas<S>) -> Result<()> {
+    fn paint(&self, canvas: &mut Canvas) -> Result<()> {
         let (page, rows) = (self.page(), self.rows());
         let legend = self.legend();
         legend.paint_running(canvas, (MARGIN, page.top()), page.room())?;

@@ -21,7 +21,7 @@ static BOLD: &[u8] = include_bytes!("../../assets/fonts/Arimo-Bold-subset.ttf");
 
 /// Stroke weight of a text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Weight {
+pub enum FontWeight {
     /// Regular.
     #[default]
     Regular,
@@ -33,12 +33,12 @@ pub enum Weight {
 ///
 /// # Errors
 /// If the embedded file cannot be read as a font.
-pub fn face(weight: Weight) -> Result<&'static FontRef<'static>> {
+pub fn face(weight: FontWeight) -> Result<&'static FontRef<'static>> {
     static FACES: OnceLock<Option<[FontRef<'static>; 2]>> = OnceLock::new();
     let faces = FACES.get_or_init(|| Some([FontRef::try_from_slice(REGULAR).ok()?, FontRef::try_from_slice(BOLD).ok()?]));
     match (faces, weight) {
-        (Some([regular, _]), Weight::Regular) => Ok(regular),
-        (Some([_, bold]), Weight::Bold) => Ok(bold),
+        (Some([regular, _]), FontWeight::Regular) => Ok(regular),
+        (Some([_, bold]), FontWeight::Bold) => Ok(bold),
         (None, _) => Err(Error::numerics("the embedded font cannot be read")),
     }
 }
@@ -56,7 +56,7 @@ pub fn register() -> Result<()> {
 }
 
 /// Width of a text in the unit of `size`, the font size (the em).
-pub fn width(text: &str, size: f64, weight: Weight) -> f64 {
+pub fn width(text: &str, size: f64, weight: FontWeight) -> f64 {
     let Ok(face) = face(weight) else { return 0.6 * size * text.chars().count() as f64 };
     let per_em = face.units_per_em().map_or(2048.0, f64::from);
     text.chars().map(|c| advance(face, c, per_em)).sum::<f64>() * size
@@ -72,7 +72,7 @@ fn advance(face: &FontRef<'_>, c: char, per_em: f64) -> f64 {
 /// Whether the font has this sign in both weights. A sign that it lacks is drawn in a PNG as a box with its code
 /// point.
 pub fn has(sign: char) -> bool {
-    [Weight::Regular, Weight::Bold].into_iter().all(|weight| face(weight).is_ok_and(|face| face.glyph_id(sign).0 != 0))
+    [FontWeight::Regular, FontWeight::Bold].into_iter().all(|weight| face(weight).is_ok_and(|face| face.glyph_id(sign).0 != 0))
 }
 
 /// A text as it can be drawn on one line: control characters and line ends become spaces, and several
@@ -84,7 +84,7 @@ pub fn one_line(text: &str) -> String {
 
 /// The text, shortened with an ellipsis in its middle where it is wider than `limit`: the ends of
 /// long sensor names tell them apart.
-pub fn fit(text: &str, size: f64, weight: Weight, limit: f64) -> String {
+pub fn fit(text: &str, size: f64, weight: FontWeight, limit: f64) -> String {
     let text = one_line(text);
     if width(&text, size, weight) <= limit {
         return text;
@@ -106,7 +106,7 @@ pub fn fit(text: &str, size: f64, weight: Weight, limit: f64) -> String {
 /// The text broken at spaces into at most `most` lines no wider than `limit`. A number stays with the word after it,
 /// mostly its unit. A word too wide for a line is broken, and the rest that does not fit on the last line is
 /// shortened.
-pub fn wrap(text: &str, size: f64, weight: Weight, limit: f64, most: usize) -> Vec<String> {
+pub fn wrap(text: &str, size: f64, weight: FontWeight, limit: f64, most: usize) -> Vec<String> {
     let text = one_line(text);
     if text.is_empty() || most == 0 {
         return Vec::new();

@@ -1,21 +1,20 @@
 //! The ladder of a diagnosis: the gain of every cause on data kept out, one after another.
 
 use super::Figure;
-use super::axis::Axis;
-use super::canvas::{Canvas, Stroke, Text};
-use super::fonts::{self, Weight};
+use super::axis::PlotAxis;
+use super::canvas::{Canvas, CanvasText, Stroke};
+use super::fonts::{self, FontWeight};
 use super::legend::{Legend, Swatch};
 use super::page::{MARGIN, Page};
 use super::regions::{Hatch, hatch_rectangle};
-use super::rows::Rows;
+use super::rows::NamedRows;
 use super::style::{AXIS, BLUE, ORANGE, SKY, fixed, size};
-use super::surface::Surface;
 use super::ticks::Range;
 use coldplate_base::error::{Error, Result};
 
 /// One step of the ladder.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Step {
+pub struct LadderStep {
     /// The change of the machine, in words.
     pub name: String,
     /// Root mean square error on data kept out, K; not a number where nothing could be kept out.
@@ -32,7 +31,7 @@ pub struct GainsFigure {
     /// Title.
     pub title: String,
     /// The machine as it is, then every cause.
-    pub steps: Vec<Step>,
+    pub steps: Vec<LadderStep>,
     /// Error that the stated uncertainty accounts for, K.
     pub noise_floor: f64,
     /// Lines for the footer.
@@ -51,8 +50,8 @@ impl GainsFigure {
         Page::new(WIDTH, &self.title, "", &self.notes)
     }
 
-    fn rows(&self) -> Rows {
-        Rows::new(self.steps.iter().map(|s| s.name.as_str()), NAMES, 46.0)
+    fn rows(&self) -> NamedRows {
+        NamedRows::new(self.steps.iter().map(|s| s.name.as_str()), NAMES, 46.0)
     }
 
     fn legend(&self) -> Legend {
@@ -82,11 +81,11 @@ impl Figure for GainsFigure {
         Ok((WIDTH, page.top() + self.legend().running_height(page.room()) + 8.0 + self.rows().height() + 56.0 + page.bottom()))
     }
 
-    fn paint<S: Surface>(&self, canvas: &mut Canvas<S>) -> Result<()> {
+    fn paint(&self, canvas: &mut Canvas) -> Result<()> {
         let (page, legend, rows) = (self.page(), self.legend(), self.rows());
         legend.paint_running(canvas, (MARGIN, page.top()), page.room())?;
         // Numbers and remarks stand beyond the ends of the bars.
-        let axis = Axis::linear("root mean square error [K]", Range { low: 0.0, high: 1.5 * self.largest() });
+        let axis = PlotAxis::linear("root mean square error [K]", Range { low: 0.0, high: 1.5 * self.largest() });
         let frame = rows.frame(MARGIN, page.top() + legend.running_height(page.room()) + 8.0, WIDTH - MARGIN, axis);
         rows.paint(canvas, &frame)?;
         frame.paint_across(canvas, true)?;
@@ -98,10 +97,11 @@ impl Figure for GainsFigure {
             for (value, top, colour, hatch) in bars.into_iter().filter(|(value, ..)| value.is_finite()) {
                 let width = (frame.at(value, 0.0).0 - left).max(1.5);
                 canvas.rectangle(left, top, width, height, colour, 1.0)?;
-                hatch_rectangle(canvas, (left, top), (width, height), (hatch, colour))?;
+                hatch_rectangle(canvas, (left, top), (width, height), hatch, colour)?;
                 let remark = if colour == SKY && !step.remark.is_empty() { format!(", {}", step.remark) } else { String::new() };
-                let label = fonts::fit(&format!("{}{remark}", fixed(value, 2)), size::TICK, Weight::Regular, WIDTH - MARGIN - left - width);
-                canvas.text((left + width + 6.0, top + 0.5 * height + 0.36 * size::TICK), &Text::new(&label).size(size::TICK))?;
+                let label =
+                    fonts::fit(&format!("{}{remark}", fixed(value, 2)), size::TICK, FontWeight::Regular, WIDTH - MARGIN - left - width);
+                canvas.text((left + width + 6.0, top + 0.5 * height + 0.36 * size::TICK), &CanvasText::new(&label).size(size::TICK))?;
             }
         }
         if self.noise_floor.is_finite() {

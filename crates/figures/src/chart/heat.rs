@@ -1,14 +1,13 @@
 //! Heat balance: where the heat comes from and where it goes, as two groups of bars in watts.
 
 use super::Figure;
-use super::axis::Axis;
-use super::canvas::{Canvas, Stroke, Text};
-use super::fonts::{self, Weight};
+use super::axis::PlotAxis;
+use super::canvas::{Canvas, CanvasText, Stroke};
+use super::fonts::{self, FontWeight};
 use super::page::{MARGIN, Page, fixed_conditions};
 use super::regions::{Hatch, hatch_rectangle};
-use super::rows::Rows;
+use super::rows::NamedRows;
 use super::style::{AXIS, INK, ORANGE, Quantity, Rgb, SKY, fixed, number, size};
-use super::surface::Surface;
 use super::ticks::Range;
 use coldplate_base::error::{Error, Result};
 
@@ -87,7 +86,7 @@ impl HeatFigure {
         [("Heat in, by source", bars(&self.sources), ORANGE, Hatch::Plain), ("Heat out, by sink", bars(&self.sinks), SKY, Hatch::Falling)]
     }
 
-    fn axis(&self) -> Result<Axis> {
+    fn axis(&self) -> Result<PlotAxis> {
         let all: Vec<f64> = self.groups().iter().flat_map(|g| g.1.iter().map(|b| b.watts)).collect();
         if all.is_empty() {
             return Err(Error::input("there is no heat flow to draw").at_key(self.title.clone()));
@@ -99,18 +98,18 @@ impl HeatFigure {
         let room = WIDTH - 2.0 * MARGIN - self.rows().names_width - 26.0;
         let widest = |negative: bool| {
             let bars = self.groups().into_iter().flat_map(|g| g.1).filter(|b| (b.watts < 0.0) == negative);
-            let width = bars.map(|b| fonts::width(&b.label(), size::TICK, Weight::Regular) + 14.0).fold(0.0, f64::max);
+            let width = bars.map(|b| fonts::width(&b.label(), size::TICK, FontWeight::Regular) + 14.0).fold(0.0, f64::max);
             (width / room).min(0.4)
         };
         let (before, behind) = (widest(true), widest(false));
         let length = range.length() / (1.0 - before - behind);
-        Ok(Axis::linear("heat flow [W]", Range { low: range.low - before * length, high: range.high + behind * length }))
+        Ok(PlotAxis::linear("heat flow [W]", Range { low: range.low - before * length, high: range.high + behind * length }))
     }
 
-    fn rows(&self) -> Rows {
+    fn rows(&self) -> NamedRows {
         let groups = self.groups();
         let names: Vec<&str> = groups.iter().flat_map(|g| g.1.iter().map(|b| b.name.as_str())).collect();
-        Rows::new(names, 270.0, ROW)
+        NamedRows::new(names, 270.0, ROW)
     }
 
     fn bars_height(&self) -> f64 {
@@ -129,7 +128,7 @@ impl Figure for HeatFigure {
         Ok((WIDTH, page.top() + self.bars_height() + 54.0 + page.bottom()))
     }
 
-    fn paint<S: Surface>(&self, canvas: &mut Canvas<S>) -> Result<()> {
+    fn paint(&self, canvas: &mut Canvas) -> Result<()> {
         let page = self.page();
         let names_width = self.rows().names_width;
         let mut top = page.top();
@@ -139,20 +138,20 @@ impl Figure for HeatFigure {
             if bars.is_empty() {
                 continue;
             }
-            let mut rows = Rows::new(bars.iter().map(|b| b.name.as_str()), 270.0, ROW);
+            let mut rows = NamedRows::new(bars.iter().map(|b| b.name.as_str()), 270.0, ROW);
             // Both groups share the columns of names and the height of rows.
             (rows.names_width, rows.row) = (names_width, self.rows().row);
             let frame = rows.frame(MARGIN, top + HEADING - 4.0, WIDTH - MARGIN, self.axis()?);
-            canvas.text((MARGIN, top + 17.0), &Text::new(heading).bold())?;
+            canvas.text((MARGIN, top + 17.0), &CanvasText::new(heading).bold())?;
             rows.paint(canvas, &frame)?;
             let zero = frame.at(0.0, 0.0).0;
             for (k, bar) in bars.iter().enumerate() {
                 let (end, y) = (frame.at(bar.watts, 0.0).0, rows.middle(&frame, k));
                 let (left, width, height) = (zero.min(end), (end - zero).abs(), 0.6 * rows.row.min(34.0));
                 canvas.rectangle(left, y - height / 2.0, width, height, *colour, 1.0)?;
-                hatch_rectangle(canvas, (left, y - height / 2.0), (width, height), (*pattern, *colour))?;
+                hatch_rectangle(canvas, (left, y - height / 2.0), (width, height), *pattern, *colour)?;
                 let label = bar.label();
-                let text = Text::new(&label).size(size::TICK);
+                let text = CanvasText::new(&label).size(size::TICK);
                 let base = y + 0.36 * size::TICK;
                 if bar.watts < 0.0 { canvas.text((end - 6.0, base), &text.end())? } else { canvas.text((end + 6.0, base), &text)? }
             }

@@ -1,18 +1,17 @@
 //! How readings follow the time: one curve per sensor, in seconds, minutes, hours or days as suits.
 
 use super::Figure;
-use super::axis::{Axis, Frame};
+use super::axis::{PlotAxis, PlotFrame};
 use super::canvas::{Canvas, Stroke};
 use super::legend::{Legend, Swatch};
 use super::page::{MARGIN, Page};
 use super::style::{DASHED, MUTED, Quantity, Rgb, SOLID, readable, series, size};
-use super::surface::Surface;
 use super::ticks::Range;
 use coldplate_base::error::{Error, Result};
 
 /// One sensor or one condition.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Course {
+pub struct HistoryLine {
     /// Name.
     pub name: String,
     /// One value per time; not finite where there is none.
@@ -30,7 +29,7 @@ pub struct HistoryFigure {
     pub quantity: Quantity,
     /// The sensors, in the order of the legend. If there are more than ten, the ten that move most are drawn in
     /// colour.
-    pub courses: Vec<Course>,
+    pub courses: Vec<HistoryLine>,
     /// A moment worth marking, s, with its label.
     pub mark: Option<(f64, String)>,
     /// Lines for the footer.
@@ -59,7 +58,7 @@ pub fn time_unit(span: f64) -> (&'static str, f64) {
 impl HistoryFigure {
     /// Whether each course is drawn in colour: the ten that move most, the first of equals.
     fn coloured(&self) -> Vec<bool> {
-        let length = |c: &Course| Range::of(c.values.iter().copied()).map_or(0.0, Range::length);
+        let length = |c: &HistoryLine| Range::of(c.values.iter().copied()).map_or(0.0, Range::length);
         let mut order: Vec<usize> = (0..self.courses.len()).collect();
         order.sort_by(|a, b| length(&self.courses[*b]).total_cmp(&length(&self.courses[*a])));
         let mut coloured = vec![false; self.courses.len()];
@@ -75,14 +74,14 @@ impl HistoryFigure {
         time_unit(Range::of(self.times.iter().copied()).map_or(0.0, Range::length))
     }
 
-    fn frame(&self, top: f64) -> Result<Frame> {
+    fn frame(&self, top: f64) -> Result<PlotFrame> {
         let (unit, seconds) = self.unit();
         let x = Range::of(self.times.iter().map(|t| t / seconds));
         let y = Range::of(self.courses.iter().flat_map(|c| c.values.iter().copied()));
         match (x, y) {
             (Some(x), Some(y)) => {
-                let (x, y) = (Axis::linear(format!("time [{unit}]"), x), Axis::linear(self.quantity.label(), y.padded(0.05)));
-                Ok(Frame::inside((MARGIN, top), (WIDTH - 2.0 * MARGIN, PLOT), x, y))
+                let (x, y) = (PlotAxis::linear(format!("time [{unit}]"), x), PlotAxis::linear(self.quantity.label(), y.padded(0.05)));
+                Ok(PlotFrame::inside((MARGIN, top), (WIDTH - 2.0 * MARGIN, PLOT), x, y))
             }
             _ => Err(Error::input("no sensor has a reading to draw over time").at_key(self.title.clone())),
         }
@@ -106,7 +105,7 @@ impl HistoryFigure {
         legend
     }
 
-    fn paint_course<S: Surface>(&self, canvas: &mut Canvas<S>, frame: &Frame, course: &Course, stroke: Stroke) -> Result<()> {
+    fn paint_course(&self, canvas: &mut Canvas, frame: &PlotFrame, course: &HistoryLine, stroke: Stroke) -> Result<()> {
         let seconds = self.unit().1;
         let points: Vec<(f64, f64)> = self.times.iter().zip(&course.values).map(|(t, v)| (t / seconds, *v)).collect();
         for part in points.split(|p| !(p.0.is_finite() && p.1.is_finite())) {
@@ -150,7 +149,7 @@ impl Figure for HistoryFigure {
         Ok((WIDTH, page.top() + self.legend().running_height(page.room()) + 8.0 + PLOT + page.bottom()))
     }
 
-    fn paint<S: Surface>(&self, canvas: &mut Canvas<S>) -> Result<()> {
+    fn paint(&self, canvas: &mut Canvas) -> Result<()> {
         let (page, legend) = (self.page(), self.legend());
         legend.paint_running(canvas, (MARGIN, page.top()), page.room())?;
         let frame = self.frame(page.top() + legend.running_height(page.room()) + 8.0)?;

@@ -1,10 +1,9 @@
 //! Legends: samples of the drawing with their meaning, running along lines or stacked.
 
-use super::canvas::{Canvas, Place, Stroke, Text};
-use super::fonts::{self, Weight};
+use super::canvas::{Canvas, CanvasText, PixelPoint, Stroke};
+use super::fonts::{self, FontWeight};
 use super::regions::{Hatch, hatch_rectangle};
 use super::style::{AXIS, Dash, INK, Marker, Rgb, SeriesStyle, WHITE, size};
-use super::surface::Surface;
 use coldplate_base::error::Result;
 
 /// A sample of the drawing.
@@ -76,8 +75,8 @@ impl Legend {
                 Swatch::Marker(..) | Swatch::Badge(_) | Swatch::Here => NARROW + GAP,
                 _ => SWATCH + GAP,
             };
-            let shown = fonts::fit(meaning, text, Weight::Regular, (width - before).max(20.0));
-            let needed = before + fonts::width(&shown, text, Weight::Regular);
+            let shown = fonts::fit(meaning, text, FontWeight::Regular, (width - before).max(20.0));
+            let needed = before + fonts::width(&shown, text, FontWeight::Regular);
             if x > 0.0 && x + needed > width {
                 x = 0.0;
                 y += line;
@@ -98,7 +97,7 @@ impl Legend {
             if heading && y > 0.0 {
                 y += 8.0;
             }
-            let (before, weight) = if heading { (0.0, Weight::Bold) } else { (SWATCH + GAP, Weight::Regular) };
+            let (before, weight) = if heading { (0.0, FontWeight::Bold) } else { (SWATCH + GAP, FontWeight::Regular) };
             let lines = fonts::wrap(meaning, text, weight, (width - before).max(20.0), 4);
             let rows = lines.len().max(1) as f64;
             placed.push(Placed { swatch, lines, x: 0.0, y, before });
@@ -121,7 +120,7 @@ impl Legend {
     ///
     /// # Errors
     /// If the surface refuses.
-    pub fn paint_running<S: Surface>(&self, canvas: &mut Canvas<S>, at: Place, width: f64) -> Result<()> {
+    pub fn paint_running(&self, canvas: &mut Canvas, at: PixelPoint, width: f64) -> Result<()> {
         self.paint(canvas, at, &self.running(width).0)
     }
 
@@ -129,18 +128,18 @@ impl Legend {
     ///
     /// # Errors
     /// If the surface refuses.
-    pub fn paint_stacked<S: Surface>(&self, canvas: &mut Canvas<S>, at: Place, width: f64) -> Result<()> {
+    pub fn paint_stacked(&self, canvas: &mut Canvas, at: PixelPoint, width: f64) -> Result<()> {
         self.paint(canvas, at, &self.stacked(width).0)
     }
 
-    fn paint<S: Surface>(&self, canvas: &mut Canvas<S>, at: Place, placed: &[Placed]) -> Result<()> {
+    fn paint(&self, canvas: &mut Canvas, at: PixelPoint, placed: &[Placed]) -> Result<()> {
         let (text, line) = (self.text_size(), self.line_height());
         for Placed { swatch, lines, x, y, before } in placed {
             let (x, y) = (at.0 + x, at.1 + y);
             let heading = **swatch == Swatch::Heading;
             paint_swatch(canvas, swatch, (x, y + 0.5 * line), (before - GAP).max(0.0), text)?;
             for (i, meaning) in lines.iter().enumerate() {
-                let setting = Text::new(meaning).size(text);
+                let setting = CanvasText::new(meaning).size(text);
                 let setting = if heading { setting.bold() } else { setting };
                 canvas.text((x + before, y + 0.5 * line + 0.36 * text + i as f64 * line), &setting)?;
             }
@@ -153,7 +152,7 @@ impl Legend {
 ///
 /// # Errors
 /// If the surface refuses.
-pub fn paint_swatch<S: Surface>(canvas: &mut Canvas<S>, swatch: &Swatch, at: Place, width: f64, text: f64) -> Result<()> {
+pub fn paint_swatch(canvas: &mut Canvas, swatch: &Swatch, at: PixelPoint, width: f64, text: f64) -> Result<()> {
     let (x, y) = at;
     match swatch {
         Swatch::Heading => Ok(()),
@@ -167,7 +166,7 @@ pub fn paint_swatch<S: Surface>(canvas: &mut Canvas<S>, swatch: &Swatch, at: Pla
         Swatch::Area(colour, alpha, hatch) => {
             let height = (1.1 * text).min(26.0);
             canvas.rectangle(x, y - height / 2.0, width, height, *colour, *alpha)?;
-            hatch_rectangle(canvas, (x, y - height / 2.0), (width, height), (*hatch, *colour))?;
+            hatch_rectangle(canvas, (x, y - height / 2.0), (width, height), *hatch, *colour)?;
             canvas.frame(x, y - height / 2.0, width, height, Stroke::solid(AXIS, 1.0))
         }
         Swatch::Badge(letter) => paint_badge(canvas, (x + width / 2.0, y), letter, text * 0.66),
@@ -179,18 +178,18 @@ pub fn paint_swatch<S: Surface>(canvas: &mut Canvas<S>, swatch: &Swatch, at: Pla
 ///
 /// # Errors
 /// If the surface refuses.
-pub fn paint_badge<S: Surface>(canvas: &mut Canvas<S>, at: Place, letter: &str, radius: f64) -> Result<()> {
+pub fn paint_badge(canvas: &mut Canvas, at: PixelPoint, letter: &str, radius: f64) -> Result<()> {
     canvas.disc(at, radius + 1.4, INK)?;
     canvas.disc(at, radius, WHITE)?;
     let text = if letter.chars().count() > 1 { radius * 1.05 } else { radius * 1.4 };
-    canvas.text((at.0, at.1 + 0.36 * text), &Text::new(letter).size(text).bold().middle())
+    canvas.text((at.0, at.1 + 0.36 * text), &CanvasText::new(letter).size(text).bold().middle())
 }
 
 /// The marker of one condition: a ringed diamond that shows on any ground.
 ///
 /// # Errors
 /// If the surface refuses.
-pub fn paint_here<S: Surface>(canvas: &mut Canvas<S>, at: Place, radius: f64) -> Result<()> {
+pub fn paint_here(canvas: &mut Canvas, at: PixelPoint, radius: f64) -> Result<()> {
     canvas.marker(at, Marker::Diamond, radius * 1.5, WHITE)?;
     canvas.marker(at, Marker::Diamond, radius * 1.15, INK)?;
     canvas.disc(at, radius * 0.42, WHITE)

@@ -3,18 +3,17 @@
 use std::collections::BTreeMap;
 
 use super::Figure;
-use super::canvas::{Canvas, Place, Stroke, Text};
+use super::canvas::{Canvas, CanvasText, PixelPoint, Stroke};
 use super::depth::{Around, order};
-use super::fonts::{self, Weight};
+use super::fonts::{self, FontWeight};
 use super::page::{MARGIN, Page, fixed_conditions};
 use super::style::{AXIS, BLUE, INK, MUTED, Marker, Quantity, Rgb, VERMILLION, WHITE, fixed, sequential, size, unit_symbol};
-use super::surface::Surface;
 use super::ticks::{Range, linear};
 use coldplate_base::error::{Error, Result};
 
 /// A flat piece of a surface.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Piece {
+pub struct SurfacePiece {
     /// Index of the body it belongs to; bodies are painted as wholes.
     pub body: usize,
     /// Corners one after the other, m.
@@ -97,7 +96,7 @@ pub struct MachineFigure {
     /// Quantity shown as colour: name and unit.
     pub quantity: Quantity,
     /// Surfaces.
-    pub pieces: Vec<Piece>,
+    pub pieces: Vec<SurfacePiece>,
     /// Channels; they are drawn even where a part hides them.
     pub pipes: Vec<Pipe>,
     /// Sensors; they are drawn even where a part hides them.
@@ -139,7 +138,7 @@ struct Projection {
 }
 
 impl Projection {
-    fn at(&self, point: [f64; 3]) -> Place {
+    fn at(&self, point: [f64; 3]) -> PixelPoint {
         (self.left + self.scale * (dot(point, self.axes[0]) - self.low), self.top + self.scale * (self.high - dot(point, self.axes[1])))
     }
 }
@@ -180,25 +179,25 @@ impl MachineFigure {
     }
 
     /// Paints the visible pieces, the farthest first, so that nearer ones hide them.
-    fn paint_pieces<S: Surface>(&self, canvas: &mut Canvas<S>, projection: &Projection, range: Range) -> Result<()> {
+    fn paint_pieces(&self, canvas: &mut Canvas, projection: &Projection, range: Range) -> Result<()> {
         let eye = projection.axes[2];
-        let depth = |p: &Piece| p.corners.iter().map(|c| dot(*c, eye)).sum::<f64>() / p.corners.len().max(1) as f64;
-        let mut bodies: BTreeMap<usize, Vec<&Piece>> = BTreeMap::new();
+        let depth = |p: &SurfacePiece| p.corners.iter().map(|c| dot(*c, eye)).sum::<f64>() / p.corners.len().max(1) as f64;
+        let mut bodies: BTreeMap<usize, Vec<&SurfacePiece>> = BTreeMap::new();
         for piece in self.pieces.iter().filter(|p| p.temperature.is_finite()) {
             bodies.entry(piece.body).or_default().push(piece);
         }
-        let around = |pieces: &Vec<&Piece>| Around::of(pieces.iter().flat_map(|p| p.corners.iter().copied()));
-        let (boxes, bodies): (Vec<Around>, Vec<Vec<&Piece>>) =
+        let around = |pieces: &Vec<&SurfacePiece>| Around::of(pieces.iter().flat_map(|p| p.corners.iter().copied()));
+        let (boxes, bodies): (Vec<Around>, Vec<Vec<&SurfacePiece>>) =
             bodies.into_values().filter_map(|pieces| Some((around(&pieces)?, pieces))).unzip();
         let painted = order(&boxes, eye).into_iter().flat_map(|body| {
-            let mut seen: Vec<(f64, &Piece)> =
+            let mut seen: Vec<(f64, &SurfacePiece)> =
                 bodies[body].iter().filter(|p| dot(p.outward, eye) > 1e-12).map(|p| (depth(p), *p)).collect();
             seen.sort_by(|a, b| a.0.total_cmp(&b.0));
             seen
         });
         for (_, piece) in painted {
             let colour = sequential((piece.temperature - range.low) / range.length());
-            let places: Vec<Place> = piece.corners.iter().map(|c| projection.at(*c)).collect();
+            let places: Vec<PixelPoint> = piece.corners.iter().map(|c| projection.at(*c)).collect();
             canvas.polygon(&widened(&places), colour, 1.0)?;
             let ink = if colour.luminance() < 0.16 { Rgb(190, 190, 190) } else { Rgb(50, 50, 50) };
             for i in (0..places.len()).filter(|i| piece.edges.get(*i).copied().unwrap_or(false)) {
@@ -208,11 +207,11 @@ impl MachineFigure {
         Ok(())
     }
 
-    fn paint_pipes<S: Surface>(&self, canvas: &mut Canvas<S>, projection: &Projection) -> Result<()> {
+    fn paint_pipes(&self, canvas: &mut Canvas, projection: &Projection) -> Result<()> {
         for pipe in &self.pipes {
-            let places: Vec<Place> = pipe.path.iter().map(|p| projection.at(*p)).collect();
+            let places: Vec<PixelPoint> = pipe.path.iter().map(|p| projection.at(*p)).collect();
             // A channel that is small on the page would otherwise fill its plate.
-            let extent = |of: fn(&Place) -> f64| Range::of(places.iter().map(of)).map_or(0.0, |r| r.length());
+            let extent = |of: fn(&PixelPoint) -> f64| Range::of(places.iter().map(of)).map_or(0.0, |r| r.length());
             let size = (extent(|p| p.0).hypot(extent(|p| p.1)) / 160.0).clamp(0.35, 1.0);
             canvas.line(&places, Stroke::solid(WHITE, 3.6 * size))?;
             canvas.line(&places, Stroke::solid(PIPE, 2.0 * size))?;
@@ -228,8 +227,8 @@ impl MachineFigure {
 
     /// Paints sensors and their names, which stand left and right of the picture, level with their sensors as far as
     /// they keep apart.
-    fn paint_probes<S: Surface>(&self, canvas: &mut Canvas<S>, projection: &Projection, top: f64) -> Result<()> {
-        let mut probes: Vec<(&Probe, Place)> = self.probes.iter().map(|p| (p, projection.at(p.at))).collect();
+    fn paint_probes(&self, canvas: &mut Canvas, projection: &Projection, top: f64) -> Result<()> {
+        let mut probes: Vec<(&Probe, PixelPoint)> = self.probes.iter().map(|p| (p, projection.at(p.at))).collect();
         probes.sort_by(|a, b| a.1.0.total_cmp(&b.1.0));
         // Names go to the nearer side, as far as there is room.
         let middle = WIDTH / 2.0;
@@ -246,10 +245,10 @@ impl MachineFigure {
                 let (marker, colour) = probe.marker();
                 canvas.marker(*at, marker, 5.4, WHITE)?;
                 canvas.marker(*at, marker, 4.0, colour)?;
-                let name = fonts::fit(&probe.name, size::TICK, Weight::Regular, NAMES - 20.0);
+                let name = fonts::fit(&probe.name, size::TICK, FontWeight::Regular, NAMES - 20.0);
                 let reading = probe.reading.map_or(String::new(), |r| format!("{} {}", fixed(r, 2), unit_symbol(&self.quantity.unit)));
                 for (line, dy, bold) in [(&name, -3.0, false), (&reading, 12.5, true)] {
-                    let text = Text::new(line).size(size::TICK);
+                    let text = CanvasText::new(line).size(size::TICK);
                     let text = if bold { text.bold() } else { text };
                     let (x, text) = if is_left { (edge - 4.0, text.end()) } else { (edge + 4.0, text) };
                     canvas.text((x, y + dy), &text)?;
@@ -260,7 +259,7 @@ impl MachineFigure {
     }
 
     /// Paints the scale of colours and the key to the signs.
-    fn paint_bar<S: Surface>(&self, canvas: &mut Canvas<S>, top: f64, range: Range) -> Result<()> {
+    fn paint_bar(&self, canvas: &mut Canvas, top: f64, range: Range) -> Result<()> {
         /// Number of colours in the scale. Chosen: enough to look smooth.
         const STEPS: usize = 80;
         let (left, length) = (MARGIN + NAMES, 420.0);
@@ -274,15 +273,15 @@ impl MachineFigure {
         for (value, label) in ticks.values.iter().zip(&ticks.labels) {
             let x = left + length * (value - range.low) / range.length();
             canvas.line(&[(x, top + 16.0), (x, top + 21.0)], Stroke::solid(AXIS, 1.0))?;
-            canvas.text((x, top + 35.0), &Text::new(label).size(size::TICK).middle())?;
+            canvas.text((x, top + 35.0), &CanvasText::new(label).size(size::TICK).middle())?;
         }
         let remark = ticks.remark.map(|r| format!(" ({r})")).unwrap_or_default();
-        let title = fonts::fit(&format!("{}{remark}", self.quantity.label()), size::BODY, Weight::Regular, NAMES - 16.0);
-        canvas.text((left - 12.0, top + 13.0), &Text::new(&title).end())?;
+        let title = fonts::fit(&format!("{}{remark}", self.quantity.label()), size::BODY, FontWeight::Regular, NAMES - 16.0);
+        canvas.text((left - 12.0, top + 13.0), &CanvasText::new(&title).end())?;
         let mut x = left + length + 40.0;
-        let mut sign = |canvas: &mut Canvas<S>, (marker, colour): (Marker, Rgb), words: &str| -> Result<()> {
+        let mut sign = |canvas: &mut Canvas, marker: Marker, colour: Rgb, words: &str| -> Result<()> {
             canvas.marker((x, top + 8.0), marker, 4.0, colour)?;
-            let text = Text::new(words).size(size::FOOTER).colour(MUTED);
+            let text = CanvasText::new(words).size(size::FOOTER).colour(MUTED);
             canvas.text((x + 10.0, top + 12.5), &text)?;
             x += 30.0 + text.width();
             Ok(())
@@ -290,22 +289,23 @@ impl MachineFigure {
         for is_sensor in [true, false] {
             if let Some(probe) = self.probes.iter().find(|p| p.reading.is_some() == is_sensor) {
                 let usual = if is_sensor || self.place_name.is_empty() { "sensor" } else { &self.place_name };
-                sign(canvas, probe.marker(), usual)?;
+                let (marker, colour) = probe.marker();
+                sign(canvas, marker, colour, usual)?;
             }
         }
         if !self.pipes.is_empty() {
-            sign(canvas, (Marker::Disc, BLUE), "water in")?;
-            sign(canvas, (Marker::Disc, PIPE), "water out")?;
+            sign(canvas, Marker::Disc, BLUE, "water in")?;
+            sign(canvas, Marker::Disc, PIPE, "water out")?;
         }
         Ok(())
     }
 }
 
 /// The piece a little larger, so that no seam shows between it and its neighbours.
-fn widened(places: &[Place]) -> Vec<Place> {
+fn widened(places: &[PixelPoint]) -> Vec<PixelPoint> {
     let count = places.len().max(1) as f64;
     let middle = places.iter().fold((0.0, 0.0), |sum, p| (sum.0 + p.0 / count, sum.1 + p.1 / count));
-    let away = |p: &Place| {
+    let away = |p: &PixelPoint| {
         let (dx, dy) = (p.0 - middle.0, p.1 - middle.1);
         let more = 0.45 / dx.hypot(dy).max(0.45);
         (p.0 + more * dx, p.1 + more * dy)
@@ -340,7 +340,7 @@ impl Figure for MachineFigure {
         Ok((WIDTH, page.top() + self.projection(page.top())?.height + 22.0 + BAR + page.bottom()))
     }
 
-    fn paint<S: Surface>(&self, canvas: &mut Canvas<S>) -> Result<()> {
+    fn paint(&self, canvas: &mut Canvas) -> Result<()> {
         let (page, range) = (self.page(), self.range()?);
         let projection = self.projection(page.top())?;
         self.paint_pieces(canvas, &projection, range)?;

@@ -1,13 +1,12 @@
 //! Predicted beside measured, sensor by sensor, with the prediction of another program.
 
 use super::Figure;
-use super::axis::Axis;
+use super::axis::PlotAxis;
 use super::canvas::{Canvas, Stroke};
 use super::legend::{Legend, Swatch};
 use super::page::{MARGIN, Page, fixed_conditions};
-use super::rows::Rows;
+use super::rows::NamedRows;
 use super::style::{BLUE, GRID, INK, Marker, Quantity, Rgb, VERMILLION, size};
-use super::surface::Surface;
 use super::ticks::Range;
 use coldplate_base::error::{Error, Result};
 
@@ -59,11 +58,11 @@ fn known(value: Option<f64>) -> Option<f64> {
 }
 
 impl MeasuredFigure {
-    fn rows(&self) -> Rows {
-        Rows::new(self.sensors.iter().map(|s| s.name.as_str()), 280.0, 34.0)
+    fn rows(&self) -> NamedRows {
+        NamedRows::new(self.sensors.iter().map(|s| s.name.as_str()), 280.0, 34.0)
     }
 
-    fn axis(&self) -> Result<Axis> {
+    fn axis(&self) -> Result<PlotAxis> {
         let mut values = Vec::new();
         for s in &self.sensors {
             let spread = |value: Option<f64>, half: Option<f64>| {
@@ -75,7 +74,7 @@ impl MeasuredFigure {
             values.extend(spread(s.other, None));
         }
         match Range::of(values) {
-            Some(range) => Ok(Axis::linear(self.quantity.label(), range.padded(0.05))),
+            Some(range) => Ok(PlotAxis::linear(self.quantity.label(), range.padded(0.05))),
             None => Err(Error::input("no sensor has a value to draw").at_key(self.title.clone())),
         }
     }
@@ -116,7 +115,7 @@ impl Figure for MeasuredFigure {
         Ok((WIDTH, page.top() + self.legend().running_height(page.room()) + 8.0 + self.rows().height() + 56.0 + page.bottom()))
     }
 
-    fn paint<S: Surface>(&self, canvas: &mut Canvas<S>) -> Result<()> {
+    fn paint(&self, canvas: &mut Canvas) -> Result<()> {
         let (page, rows, legend) = (self.page(), self.rows(), self.legend());
         legend.paint_running(canvas, (MARGIN, page.top()), page.room())?;
         let frame = rows.frame(MARGIN, page.top() + legend.running_height(page.room()) + 8.0, WIDTH - MARGIN, self.axis()?);

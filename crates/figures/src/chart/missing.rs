@@ -1,20 +1,19 @@
 //! Heat that is missing or in excess: the heat that each part would have to give, as rows with intervals.
 
 use super::Figure;
-use super::axis::Axis;
-use super::canvas::{Canvas, Stroke, Text};
-use super::fonts::{self, Weight};
+use super::axis::PlotAxis;
+use super::canvas::{Canvas, CanvasText, Stroke};
+use super::fonts::{self, FontWeight};
 use super::legend::{Legend, Swatch};
 use super::page::{MARGIN, Page};
-use super::rows::Rows;
+use super::rows::NamedRows;
 use super::style::{AXIS, Marker, Quantity, Rgb, VERMILLION, size};
-use super::surface::Surface;
 use super::ticks::Range;
 use coldplate_base::error::{Error, Result};
 
 /// One place.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Interval {
+pub struct PlaceInterval {
     /// Name of the place.
     pub name: String,
     /// Best value.
@@ -35,7 +34,7 @@ pub struct IntervalFigure {
     /// Quantity that is shown.
     pub quantity: Quantity,
     /// The rows in the order shown.
-    pub rows: Vec<Interval>,
+    pub rows: Vec<PlaceInterval>,
     /// Heading of the remarks.
     pub remarks: String,
     /// Meaning of standing out, and of not standing out.
@@ -58,17 +57,17 @@ impl IntervalFigure {
         Page::new(WIDTH, &self.title, "", &self.notes)
     }
 
-    fn rows(&self) -> Rows {
-        Rows::new(self.rows.iter().map(|r| r.name.as_str()), 250.0, 26.0)
+    fn rows(&self) -> NamedRows {
+        NamedRows::new(self.rows.iter().map(|r| r.name.as_str()), 250.0, 26.0)
     }
 
-    fn axis(&self) -> Result<Axis> {
+    fn axis(&self) -> Result<PlotAxis> {
         let values = self.rows.iter().flat_map(|r| [r.value, r.ends.0, r.ends.1]).chain([0.0]).filter(|v| v.abs() < 1e290);
         if self.rows.iter().all(|r| !r.value.is_finite()) {
             return Err(Error::input("there is no value to draw").at_key(self.title.clone()));
         }
         let range = Range::of(values).unwrap_or(Range { low: -1.0, high: 1.0 });
-        Ok(Axis::linear(self.quantity.label(), range.padded(0.06)))
+        Ok(PlotAxis::linear(self.quantity.label(), range.padded(0.06)))
     }
 
     fn legend(&self) -> Legend {
@@ -93,7 +92,7 @@ impl Figure for IntervalFigure {
         Ok((WIDTH, page.top() + self.legend().running_height(page.room()) + 26.0 + self.rows().height() + 56.0 + page.bottom()))
     }
 
-    fn paint<S: Surface>(&self, canvas: &mut Canvas<S>) -> Result<()> {
+    fn paint(&self, canvas: &mut Canvas) -> Result<()> {
         let (page, legend, rows) = (self.page(), self.legend(), self.rows());
         legend.paint_running(canvas, (MARGIN, page.top()), page.room())?;
         let top = page.top() + legend.running_height(page.room()) + 26.0;
@@ -103,8 +102,8 @@ impl Figure for IntervalFigure {
         let zero = frame.at(0.0, 0.0).0;
         canvas.line(&[(zero, frame.top), (zero, frame.bottom())], Stroke::solid(AXIS, 1.4))?;
         let beside = frame.right() + 14.0;
-        let heading = fonts::fit(&self.remarks, size::TICK, Weight::Bold, WIDTH - MARGIN - beside);
-        canvas.text((beside, frame.top - 8.0), &Text::new(&heading).size(size::TICK).bold())?;
+        let heading = fonts::fit(&self.remarks, size::TICK, FontWeight::Bold, WIDTH - MARGIN - beside);
+        canvas.text((beside, frame.top - 8.0), &CanvasText::new(&heading).size(size::TICK).bold())?;
         for (k, row) in self.rows.iter().enumerate() {
             let y = rows.middle(&frame, k);
             let (marker, colour) = if row.is_strong { STRONG } else { WEAK };
@@ -119,8 +118,8 @@ impl Figure for IntervalFigure {
             if row.value.abs() < 1e290 {
                 canvas.marker((x(row.value), y), marker, 4.6, colour)?;
             }
-            let remark = fonts::fit(&row.remark, size::TICK, Weight::Regular, WIDTH - MARGIN - beside);
-            canvas.text((beside, y + 0.36 * size::TICK), &Text::new(&remark).size(size::TICK))?;
+            let remark = fonts::fit(&row.remark, size::TICK, FontWeight::Regular, WIDTH - MARGIN - beside);
+            canvas.text((beside, y + 0.36 * size::TICK), &CanvasText::new(&remark).size(size::TICK))?;
         }
         page.paint(canvas, self.size()?.1)
     }

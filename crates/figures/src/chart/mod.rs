@@ -2,10 +2,10 @@
 //!
 //! Every figure is plain data (names, units, numbers) and knows nothing of solvers, fits or surrogate files, so a
 //! measured table can be drawn as well as a simulated one. A figure is drawn once, by its [`Figure::paint`], onto
-//! whichever [`surface::Surface`] is asked for:
+//! whichever [`surface::DrawingSurface`] is asked for:
 //!
 //! ```
-//! use crate::chart::{heat::HeatFigure, to_svg_string};
+//! use coldplate_figures::chart::{heat::HeatFigure, to_svg_string};
 //! let figure = HeatFigure {
 //!     title: "Where the heat goes".into(),
 //!     sources: vec![("motor".into(), 113.7), ("reducer".into(), 51.2)],
@@ -17,7 +17,7 @@
 //! # Ok::<(), coldplate_base::error::Error>(())
 //! ```
 //!
-//! The page `docs/charts.md` says which figure answers which question.
+//! The page `docs/how-to/charts.md` says which figure answers which question.
 
 pub mod acceptability;
 pub mod axis;
@@ -72,11 +72,11 @@ pub trait Figure {
     ///
     /// # Errors
     /// An input error: there is nothing to draw, or the data contradict each other.
-    fn size(&self) -> Result<(f64, f64)>;
+    fn size(&self) -> Result<canvas::PixelSize>;
 
     /// Draws the figure, the top left corner being (0, 0).
     ///
     /// # Errors
     /// Errors of [`Figure::size`] and of the surface.
-    fn paint<S: surface::Surface>(&self, canvas: &mut canvas::Canvas<S>) -> Result<()>;
+    fn paint(&self, canvas: &mut canvas::Canvas) -> Result<()>;
 }

@@ -1,20 +1,19 @@
 //! Temperatures of several points over one variable: samples, fitted curves, 95 % bands and the printed formulas (the
 //! counterpart of figures 18 to 21 of the paper).
 
-use super::axis::{Axis, Frame};
-use super::canvas::{Canvas, Stroke, Text};
-use super::fonts::{self, Weight};
+use super::axis::{PlotAxis, PlotFrame};
+use super::canvas::{Canvas, CanvasText, Stroke};
+use super::fonts::{self, FontWeight};
 use super::legend::{Swatch, paint_swatch};
 use super::page::{MARGIN, Page, fixed_conditions};
 use super::style::{AXIS, GRID, MUTED, Quantity, STRIPE, series, size};
-use super::surface::Surface;
 use super::ticks::Range;
 use super::{Figure, style};
 use coldplate_base::error::{Error, Result};
 
 /// One point's samples and fit.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Curve {
+pub struct SampledCurve {
     /// Name of the measurement point.
     pub name: String,
     /// Samples `(x, y)`.
@@ -39,7 +38,7 @@ pub struct OneFactorFigure {
     /// Quantity that is plotted.
     pub y: Quantity,
     /// The points, in the order of the legend.
-    pub curves: Vec<Curve>,
+    pub curves: Vec<SampledCurve>,
     /// The variables held, with their values.
     pub fixed: Vec<(Quantity, f64)>,
     /// More lines for the footer.
@@ -58,7 +57,7 @@ const SWATCH: f64 = 44.0;
 /// Half width below which a surrogate or fit counts as exact, K. Chosen: no reading resolves it.
 const EXACT: f64 = 1e-6;
 
-impl Curve {
+impl SampledCurve {
     fn has_band(&self) -> bool {
         self.largest().is_finite() && self.largest() > 0.0
     }
@@ -117,7 +116,7 @@ impl OneFactorFigure {
         let mut told = vec![false; self.curves.len()];
         let mut sets = Vec::new();
         for (i, curve) in self.curves.iter().enumerate() {
-            let alike = |c: &Curve| near(&c.line, &curve.line) && near(&c.samples, &curve.samples);
+            let alike = |c: &SampledCurve| near(&c.line, &curve.line) && near(&c.samples, &curve.samples);
             let members: Vec<usize> = (i..self.curves.len()).filter(|k| !told[*k] && alike(&self.curves[*k])).collect();
             if members.len() > 1 {
                 members.iter().for_each(|k| told[*k] = true);
@@ -132,12 +131,12 @@ impl OneFactorFigure {
     }
 
     fn has_bands(&self) -> bool {
-        self.curves.iter().any(Curve::has_band)
+        self.curves.iter().any(SampledCurve::has_band)
     }
 
     /// Left edges of the columns: name, formula, band.
     fn columns(&self) -> (f64, f64, f64) {
-        let widest = self.curves.iter().map(|c| fonts::width(&c.name, size::TICK, Weight::Regular)).fold(60.0, f64::max);
+        let widest = self.curves.iter().map(|c| fonts::width(&c.name, size::TICK, FontWeight::Regular)).fold(60.0, f64::max);
         let name = MARGIN + SWATCH + 12.0;
         (name, name + widest.min(270.0) + 22.0, WIDTH - MARGIN - 92.0)
     }
@@ -152,14 +151,14 @@ impl OneFactorFigure {
         self.curves
             .iter()
             .map(|c| Row {
-                name: fonts::wrap(&c.name, size::TICK, Weight::Regular, formula - name - 20.0, 2),
-                formula: fonts::wrap(&c.formula, size::TICK, Weight::Regular, band - formula - 16.0, 4),
+                name: fonts::wrap(&c.name, size::TICK, FontWeight::Regular, formula - name - 20.0, 2),
+                formula: fonts::wrap(&c.formula, size::TICK, FontWeight::Regular, band - formula - 16.0, 4),
                 band: if !c.has_band() {
                     "–".into()
                 } else if c.largest() < EXACT {
-                    fonts::fit(&format!("< {} {unit}", style::number(EXACT)), size::TICK, Weight::Regular, 92.0)
+                    fonts::fit(&format!("< {} {unit}", style::number(EXACT)), size::TICK, FontWeight::Regular, 92.0)
                 } else {
-                    fonts::fit(&band_text(c, &unit), size::TICK, Weight::Regular, 92.0)
+                    fonts::fit(&band_text(c, &unit), size::TICK, FontWeight::Regular, 92.0)
                 },
             })
             .collect()
@@ -169,7 +168,7 @@ impl OneFactorFigure {
         26.0 + self.rows().iter().map(Row::height).sum::<f64>() + 8.0
     }
 
-    fn frame(&self, page: &Page) -> Result<Frame> {
+    fn frame(&self, page: &Page) -> Result<PlotFrame> {
         let (mut xs, mut ys) = (Vec::new(), Vec::new());
         for curve in &self.curves {
             let half = |place: usize| Some(curve.half_width_at(place)).filter(|half| half.is_finite()).map_or(0.0, |half| half.max(0.0));
@@ -188,11 +187,11 @@ impl OneFactorFigure {
                 .at_key(self.title.clone())
                 .help("give at least one curve with a finite value"));
         };
-        let (x, y) = (Axis::linear(self.x.label(), x.padded(0.025)), Axis::linear(self.y.label(), y.padded(0.05)));
-        Ok(Frame::inside((MARGIN, page.top()), (page.room(), PLOT), x, y))
+        let (x, y) = (PlotAxis::linear(self.x.label(), x.padded(0.025)), PlotAxis::linear(self.y.label(), y.padded(0.05)));
+        Ok(PlotFrame::inside((MARGIN, page.top()), (page.room(), PLOT), x, y))
     }
 
-    fn paint_data<S: Surface>(&self, canvas: &mut Canvas<S>, frame: &Frame) -> Result<()> {
+    fn paint_data(&self, canvas: &mut Canvas, frame: &PlotFrame) -> Result<()> {
         for (index, curve) in self.curves.iter().enumerate() {
             if !curve.has_band() {
                 continue;
@@ -219,10 +218,10 @@ impl OneFactorFigure {
         Ok(())
     }
 
-    fn paint_table<S: Surface>(&self, canvas: &mut Canvas<S>, top: f64) -> Result<()> {
+    fn paint_table(&self, canvas: &mut Canvas, top: f64) -> Result<()> {
         let (name, formula, _) = self.columns();
         let right = WIDTH - MARGIN;
-        let heading = |text| Text::new(text).size(size::TICK).bold().colour(MUTED);
+        let heading = |text| CanvasText::new(text).size(size::TICK).bold().colour(MUTED);
         canvas.text((name, top + 15.0), &heading("point"))?;
         if self.has_formulas() {
             canvas.text((formula, top + 15.0), &heading("fitted function"))?;
@@ -239,13 +238,13 @@ impl OneFactorFigure {
             let base = |lines: usize, k: usize| y + 0.5 * row.height() + 0.36 * size::TICK + LINE * (k as f64 - 0.5 * (lines as f64 - 1.0));
             paint_swatch(canvas, &self.curves[index].swatch(index), (MARGIN + 4.0, y + 0.5 * row.height()), SWATCH, size::TICK)?;
             for (k, line) in row.name.iter().enumerate() {
-                canvas.text((name, base(row.name.len(), k)), &Text::new(line).size(size::TICK))?;
+                canvas.text((name, base(row.name.len(), k)), &CanvasText::new(line).size(size::TICK))?;
             }
             for (k, line) in row.formula.iter().enumerate() {
-                canvas.text((formula, base(row.formula.len(), k)), &Text::new(line).size(size::TICK))?;
+                canvas.text((formula, base(row.formula.len(), k)), &CanvasText::new(line).size(size::TICK))?;
             }
             if self.has_bands() {
-                canvas.text((right, base(1, 0)), &Text::new(&row.band).size(size::TICK).end())?;
+                canvas.text((right, base(1, 0)), &CanvasText::new(&row.band).size(size::TICK).end())?;
             }
             y += row.height();
         }
@@ -254,7 +253,7 @@ impl OneFactorFigure {
 }
 
 /// The band in words: from the smallest half width to the largest if they differ.
-fn band_text(curve: &Curve, unit: &str) -> String {
+fn band_text(curve: &SampledCurve, unit: &str) -> String {
     let least = curve.half_widths.iter().copied().fold(curve.largest(), f64::min);
     let (least, most) = (significant(least), significant(curve.largest()));
     if least == most { format!("±{most} {unit}") } else { format!("±{least}–{most} {unit}") }
@@ -277,7 +276,7 @@ impl Figure for OneFactorFigure {
         Ok((WIDTH, page.top() + PLOT + 10.0 + self.table_height() + page.bottom()))
     }
 
-    fn paint<S: Surface>(&self, canvas: &mut Canvas<S>) -> Result<()> {
+    fn paint(&self, canvas: &mut Canvas) -> Result<()> {
         let page = self.page();
         let frame = self.frame(&page)?;
         frame.paint_grid(canvas)?;

@@ -3,14 +3,13 @@
 
 use super::Figure;
 use super::acceptability::{AcceptabilityMap, CellState, Look, letter};
-use super::axis::Frame;
-use super::canvas::{Canvas, Place, Stroke, Text};
-use super::fonts::{self, Weight};
+use super::axis::PlotFrame;
+use super::canvas::{Canvas, CanvasText, PixelPoint, Stroke};
+use super::fonts::{self, FontWeight};
 use super::legend::{Swatch, paint_badge, paint_here, paint_swatch};
 use super::page::fixed_conditions;
 use super::regions::hatch_rectangle;
 use super::style::{AXIS, GRID, INK, MUTED, Quantity, Rgb, STRIPE, WHITE, number};
-use super::surface::Surface;
 use coldplate_base::error::{Error, Result};
 
 /// One cell of the table of smallest flows.
@@ -130,12 +129,15 @@ impl OperatorSheet {
     fn plan(&self) -> Result<Plan> {
         self.check()?;
         let mut explained: Vec<Vec<String>> =
-            self.how_to_read.iter().map(|t| fonts::wrap(t, SMALL, Weight::Regular, self.room(), 3)).collect();
-        let provenance = fonts::wrap(&self.provenance, 11.0, Weight::Regular, self.room(), 2);
-        let heading = self.table.as_ref().map_or(Vec::new(), |t| fonts::wrap(&t.title, HEADING, Weight::Bold, self.room(), 3));
+            self.how_to_read.iter().map(|t| fonts::wrap(t, SMALL, FontWeight::Regular, self.room(), 3)).collect();
+        let provenance = fonts::wrap(&self.provenance, 11.0, FontWeight::Regular, self.room(), 2);
+        let heading = self.table.as_ref().map_or(Vec::new(), |t| fonts::wrap(&t.title, HEADING, FontWeight::Bold, self.room(), 3));
         let column = self.room() / 2.0 - 44.0;
-        let mut limits: Vec<Vec<String>> =
-            self.limits.iter().map(|(name, value)| fonts::wrap(&format!("{name}: {value}"), MEDIUM, Weight::Regular, column, 3)).collect();
+        let mut limits: Vec<Vec<String>> = self
+            .limits
+            .iter()
+            .map(|(name, value)| fonts::wrap(&format!("{name}: {value}"), MEDIUM, FontWeight::Regular, column, 3))
+            .collect();
         let mut more_limits = 0;
         loop {
             let reading = explained.concat();
@@ -163,18 +165,18 @@ impl OperatorSheet {
         }
     }
 
-    fn paint_band<S: Surface>(&self, canvas: &mut Canvas<S>) -> Result<()> {
+    fn paint_band(&self, canvas: &mut Canvas) -> Result<()> {
         canvas.rectangle(0.0, 0.0, WIDTH, BAND - 8.0, INK, 1.0)?;
-        let largest = (24..=46).rev().map(f64::from).find(|s| fonts::width(&self.machine, *s, Weight::Bold) <= self.room());
+        let largest = (24..=46).rev().map(f64::from).find(|s| fonts::width(&self.machine, *s, FontWeight::Bold) <= self.room());
         let text = largest.unwrap_or(24.0);
-        let name = fonts::fit(&self.machine, text, Weight::Bold, self.room());
-        canvas.text((EDGE, 50.0), &Text::new(&name).size(text).bold().colour(WHITE))?;
-        let subtitle = fonts::fit(&self.subtitle, MEDIUM, Weight::Regular, self.room());
-        canvas.text((EDGE, 76.0), &Text::new(&subtitle).size(MEDIUM).colour(Rgb(225, 225, 225)))
+        let name = fonts::fit(&self.machine, text, FontWeight::Bold, self.room());
+        canvas.text((EDGE, 50.0), &CanvasText::new(&name).size(text).bold().colour(WHITE))?;
+        let subtitle = fonts::fit(&self.subtitle, MEDIUM, FontWeight::Regular, self.room());
+        canvas.text((EDGE, 76.0), &CanvasText::new(&subtitle).size(MEDIUM).colour(Rgb(225, 225, 225)))
     }
 
     /// The maps with their titles and the key to the colours; returns where the next part begins.
-    fn paint_maps<S: Surface>(&self, canvas: &mut Canvas<S>, top: f64, height: f64) -> Result<f64> {
+    fn paint_maps(&self, canvas: &mut Canvas, top: f64, height: f64) -> Result<f64> {
         if self.maps.is_empty() {
             return Ok(top);
         }
@@ -182,8 +184,8 @@ impl OperatorSheet {
         let width = (self.room() - gap * (self.maps.len() - 1) as f64) / self.maps.len() as f64;
         let (title, text) = if self.maps.len() == 1 { (HEADING, MEDIUM) } else { (MEDIUM, 15.0) };
         let line = title * 1.2;
-        let fixed = |map: &AcceptabilityMap| fonts::wrap(&fixed_conditions(&map.fixed), text, Weight::Regular, width, 2);
-        let titles = self.maps.iter().map(|m| fonts::wrap(&m.title, title, Weight::Bold, width, 2)).collect::<Vec<_>>();
+        let fixed = |map: &AcceptabilityMap| fonts::wrap(&fixed_conditions(&map.fixed), text, FontWeight::Regular, width, 2);
+        let titles = self.maps.iter().map(|m| fonts::wrap(&m.title, title, FontWeight::Bold, width, 2)).collect::<Vec<_>>();
         let above = line * titles.iter().map(Vec::len).max().unwrap_or(0) as f64 + 4.0;
         let below = 1.25 * text * self.maps.iter().map(|m| fixed(m).len()).max().unwrap_or(0) as f64;
         let here = self.maps.iter().any(|m| m.here.is_some());
@@ -191,54 +193,54 @@ impl OperatorSheet {
         for (index, map) in self.maps.iter().enumerate() {
             let left = EDGE + (width + gap) * index as f64;
             for (k, words) in titles[index].iter().enumerate() {
-                canvas.text((left, top + line * (k as f64 + 0.85)), &Text::new(words).size(title).bold())?;
+                canvas.text((left, top + line * (k as f64 + 0.85)), &CanvasText::new(words).size(title).bold())?;
             }
             let (x, y) = map.axes()?;
-            let frame = Frame::with_text((left, top + above), (width, height - above - below - key), x, y, text);
+            let frame = PlotFrame::with_text((left, top + above), (width, height - above - below - key), x, y, text);
             map.paint_inside(canvas, &frame, Look { label: text, badge: text * 0.85, contours: false })?;
             frame.paint_axes(canvas)?;
             for (k, words) in fixed(map).iter().enumerate() {
                 let base = top + height - key - below + 1.25 * text * (k as f64 + 0.9);
-                canvas.text((left, base), &Text::new(words).size(text).colour(MUTED))?;
+                canvas.text((left, base), &CanvasText::new(words).size(text).colour(MUTED))?;
             }
         }
         self.paint_key(canvas, top + height - key + 6.0)?;
         Ok(top + height)
     }
 
-    fn paint_key<S: Surface>(&self, canvas: &mut Canvas<S>, top: f64) -> Result<()> {
+    fn paint_key(&self, canvas: &mut Canvas, top: f64) -> Result<()> {
         let here = self.maps.iter().find_map(|m| m.here.as_ref());
         if let Some(here) = here {
-            let label = fonts::fit(&here.label, MEDIUM, Weight::Regular, self.room() - 30.0);
+            let label = fonts::fit(&here.label, MEDIUM, FontWeight::Regular, self.room() - 30.0);
             paint_here(canvas, (EDGE + 10.0, top + 40.0), 7.0)?;
-            canvas.text((EDGE + 26.0, top + 46.0), &Text::new(&label).size(MEDIUM))?;
+            canvas.text((EDGE + 26.0, top + 46.0), &CanvasText::new(&label).size(MEDIUM))?;
         }
         let mut x = EDGE;
         for state in [CellState::Acceptable, CellState::Uncertain, CellState::NotAcceptable] {
             let (colour, pattern) = state.look();
             paint_swatch(canvas, &Swatch::Area(colour, 1.0, pattern), (x, top + 12.0), 44.0, KEY)?;
-            let text = Text::new(state.name()).size(KEY).bold();
+            let text = CanvasText::new(state.name()).size(KEY).bold();
             canvas.text((x + 52.0, top + 20.0), &text)?;
             x += 52.0 + text.width() + 30.0;
         }
         Ok(())
     }
 
-    fn paint_table<S: Surface>(&self, canvas: &mut Canvas<S>, table: &FlowTable, top: f64, plan: &Plan) -> Result<f64> {
+    fn paint_table(&self, canvas: &mut Canvas, table: &FlowTable, top: f64, plan: &Plan) -> Result<f64> {
         let cell = plan.cell;
         for (k, words) in plan.heading.iter().enumerate() {
-            canvas.text((EDGE, top + 28.0 + HEADING_LINE * k as f64), &Text::new(words).size(HEADING).bold())?;
+            canvas.text((EDGE, top + 28.0 + HEADING_LINE * k as f64), &CanvasText::new(words).size(HEADING).bold())?;
         }
         let top = top + 12.0 + HEADING_LINE * plan.heading.len() as f64;
         let side = (0.26 * self.room()).min(190.0);
         let width = (self.room() - side) / table.columns.len() as f64;
-        let across = fonts::fit(&table.column.label(), MEDIUM, Weight::Regular, self.room() - side);
+        let across = fonts::fit(&table.column.label(), MEDIUM, FontWeight::Regular, self.room() - side);
         let middle = EDGE + side + 0.5 * (self.room() - side);
-        canvas.text((middle, top + 0.5 * cell + 6.0), &Text::new(&across).size(MEDIUM).middle())?;
-        let down = fonts::wrap(&table.row.label(), MEDIUM, Weight::Regular, side - 10.0, 2);
+        canvas.text((middle, top + 0.5 * cell + 6.0), &CanvasText::new(&across).size(MEDIUM).middle())?;
+        let down = fonts::wrap(&table.row.label(), MEDIUM, FontWeight::Regular, side - 10.0, 2);
         for (k, words) in down.iter().enumerate() {
             let base = top + 1.5 * cell + 7.0 + 20.0 * (k as f64 - (down.len() as f64 - 1.0));
-            canvas.text((EDGE, base), &Text::new(words).size(MEDIUM))?;
+            canvas.text((EDGE, base), &CanvasText::new(words).size(MEDIUM))?;
         }
         let head = top + cell;
         for (c, value) in table.columns.iter().enumerate() {
@@ -252,11 +254,11 @@ impl OperatorSheet {
                 let x = EDGE + side + width * c as f64;
                 let (colour, pattern) = content.state.look();
                 canvas.rectangle(x, y, width, cell, colour, 1.0)?;
-                hatch_rectangle(canvas, (x, y), (width, cell), (pattern, colour))?;
+                hatch_rectangle(canvas, (x, y), (width, cell), pattern, colour)?;
                 canvas.frame(x, y, width, cell, Stroke::solid(WHITE, 2.0))?;
                 let size = shrunk(&content.text, width - 12.0);
-                let words = fonts::fit(&content.text, size, Weight::Bold, width - 10.0);
-                let text = Text::new(&words).size(size).bold();
+                let words = fonts::fit(&content.text, size, FontWeight::Bold, width - 10.0);
+                let text = CanvasText::new(&words).size(size).bold();
                 if content.state != CellState::Acceptable && !words.is_empty() {
                     let plate = text.width() + 10.0;
                     canvas.rectangle(x + 0.5 * (width - plate), y + 0.14 * cell, plate, 0.72 * cell, colour, 1.0)?;
@@ -267,17 +269,17 @@ impl OperatorSheet {
         Ok(head + cell * (table.rows.len() as f64 + 1.0) + 6.0)
     }
 
-    fn paint_fitted<S: Surface>(&self, canvas: &mut Canvas<S>, (x, y): Place, words: &str, limit: f64) -> Result<()> {
+    fn paint_fitted(&self, canvas: &mut Canvas, (x, y): PixelPoint, words: &str, limit: f64) -> Result<()> {
         let size = shrunk(words, limit);
-        let words = fonts::fit(words, size, Weight::Bold, limit);
-        canvas.text((x, y + 0.36 * size), &Text::new(&words).size(size).bold().middle())
+        let words = fonts::fit(words, size, FontWeight::Bold, limit);
+        canvas.text((x, y + 0.36 * size), &CanvasText::new(&words).size(size).bold().middle())
     }
 
-    fn paint_limits<S: Surface>(&self, canvas: &mut Canvas<S>, plan: &Plan, top: f64) -> Result<f64> {
+    fn paint_limits(&self, canvas: &mut Canvas, plan: &Plan, top: f64) -> Result<f64> {
         if plan.limits.is_empty() {
             return Ok(top);
         }
-        canvas.text((EDGE, top + 26.0), &Text::new("Limits").size(HEADING).bold())?;
+        canvas.text((EDGE, top + 26.0), &CanvasText::new("Limits").size(HEADING).bold())?;
         let column = self.room() / 2.0;
         let half = plan.limits.len().div_ceil(2);
         let mut bottom = top + 36.0;
@@ -287,7 +289,7 @@ impl OperatorSheet {
             for (k, lines) in part.iter().enumerate() {
                 paint_badge(canvas, (x + 13.0, y + 11.0), &letter(side * half + k), 11.0)?;
                 for (row, words) in lines.iter().enumerate() {
-                    canvas.text((x + 34.0, y + 17.0 + 21.0 * row as f64), &Text::new(words).size(MEDIUM))?;
+                    canvas.text((x + 34.0, y + 17.0 + 21.0 * row as f64), &CanvasText::new(words).size(MEDIUM))?;
                 }
                 y += 21.0 * lines.len().max(1) as f64 + 5.0;
             }
@@ -295,7 +297,7 @@ impl OperatorSheet {
         }
         if plan.more_limits > 0 {
             let more = format!("and {} more, see the report", plan.more_limits);
-            canvas.text((EDGE + 34.0, bottom + 14.0), &Text::new(&more).size(SMALL).colour(MUTED))?;
+            canvas.text((EDGE + 34.0, bottom + 14.0), &CanvasText::new(&more).size(SMALL).colour(MUTED))?;
             bottom += 20.0;
         }
         Ok(bottom)
@@ -304,7 +306,7 @@ impl OperatorSheet {
 
 /// The largest font size up to that of the table at which the words fit.
 fn shrunk(words: &str, limit: f64) -> f64 {
-    let width = fonts::width(&fonts::one_line(words), LARGE, Weight::Bold).max(1.0);
+    let width = fonts::width(&fonts::one_line(words), LARGE, FontWeight::Bold).max(1.0);
     (LARGE * limit / width).clamp(14.0, LARGE)
 }
 
@@ -327,7 +329,7 @@ impl Figure for OperatorSheet {
         Ok((WIDTH, HEIGHT))
     }
 
-    fn paint<S: Surface>(&self, canvas: &mut Canvas<S>) -> Result<()> {
+    fn paint(&self, canvas: &mut Canvas) -> Result<()> {
         let plan = self.plan()?;
         self.paint_band(canvas)?;
         let mut y = self.paint_maps(canvas, BAND, plan.map)?;
@@ -339,13 +341,13 @@ impl Figure for OperatorSheet {
             let height = 20.0 * plan.reading.len() as f64 + 8.0;
             canvas.rectangle(EDGE - 8.0, y + 4.0, self.room() + 16.0, height, STRIPE, 1.0)?;
             for (k, line) in plan.reading.iter().enumerate() {
-                canvas.text((EDGE, y + 22.0 + 20.0 * k as f64), &Text::new(line).size(SMALL))?;
+                canvas.text((EDGE, y + 22.0 + 20.0 * k as f64), &CanvasText::new(line).size(SMALL))?;
             }
         }
         let foot = HEIGHT - 14.0 * plan.provenance.len() as f64 - 12.0;
         canvas.line(&[(EDGE, foot), (WIDTH - EDGE, foot)], Stroke::solid(if plan.provenance.is_empty() { WHITE } else { GRID }, 1.0))?;
         for (k, line) in plan.provenance.iter().enumerate() {
-            canvas.text((EDGE, foot + 13.0 + 13.0 * k as f64), &Text::new(line).size(11.0).colour(AXIS))?;
+            canvas.text((EDGE, foot + 13.0 + 13.0 * k as f64), &CanvasText::new(line).size(11.0).colour(AXIS))?;
         }
         Ok(())
     }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use plotters::backend::{BitMapBackend, DrawingBackend};
 
 use super::Figure;
-use super::canvas::Canvas;
+use super::canvas::{Canvas, PixelSize};
 use super::raster::{self, Raster};
 use super::style::WHITE;
 use super::vector::{self, Vector};
@@ -26,7 +26,7 @@ pub struct Written {
 ///
 /// # Errors
 /// Errors of [`Figure::paint`].
-pub fn to_svg_string<F: Figure>(figure: &F) -> Result<String> {
+pub fn to_svg_string(figure: &dyn Figure) -> Result<String> {
     let size = whole(figure.size()?);
     let mut markup = String::new();
     let mut surface = Vector::new(&mut markup, size)?;
@@ -41,22 +41,22 @@ pub fn to_svg_string<F: Figure>(figure: &F) -> Result<String> {
 ///
 /// # Errors
 /// Errors of [`Figure::paint`].
-pub fn to_pixels<F: Figure>(figure: &F) -> Result<(Vec<u8>, (u32, u32))> {
+pub fn to_pixels(figure: &dyn Figure) -> Result<(Vec<u8>, (u32, u32))> {
     let size = whole(figure.size()?);
-    let painted = raster::painted_size(size);
-    let mut buffer = vec![255u8; 3 * painted.0 as usize * painted.1 as usize];
+    let (width, height) = raster::painted_size(size);
+    let mut buffer = vec![255u8; 3 * width as usize * height as usize];
     {
-        let mut surface = Raster::new(&mut buffer, painted);
+        let mut surface = Raster::new(&mut buffer, width, height);
         figure.paint(&mut Canvas::new(&mut surface))?;
     }
-    Ok(raster::averaged(&buffer, painted))
+    Ok(raster::averaged(&buffer, width, height))
 }
 
 /// Writes `STEM.svg` and `STEM.png`, making the folder where it is missing.
 ///
 /// # Errors
 /// Errors of [`Figure::paint`]; a file that cannot be written.
-pub fn draw<F: Figure>(stem: impl AsRef<Path>, figure: &F) -> Result<Written> {
+pub fn draw(stem: impl AsRef<Path>, figure: &dyn Figure) -> Result<Written> {
     let stem = stem.as_ref();
     let with = |extension: &str| {
         let mut name = OsString::from(stem.as_os_str());
@@ -73,7 +73,7 @@ pub fn draw<F: Figure>(stem: impl AsRef<Path>, figure: &F) -> Result<Written> {
 ///
 /// # Errors
 /// Errors of [`check_name`] and [`Figure::paint`]; a file that cannot be written.
-pub fn draw_as<F: Figure>(path: &Path, figure: &F) -> Result<()> {
+pub fn draw_as(path: &Path, figure: &dyn Figure) -> Result<()> {
     check_name(path)?;
     if has_extension(path, "svg") {
         return atomic_file::write(path, to_svg_string(figure)?.as_bytes());
@@ -102,7 +102,8 @@ fn has_extension(path: &Path, extension: &str) -> bool {
     path.extension().is_some_and(|e| e == extension)
 }
 
-fn whole((width, height): (f64, f64)) -> (f64, f64) {
+/// A size in whole CSS pixels, within limits.
+fn whole((width, height): PixelSize) -> PixelSize {
     let limited = |length: f64| if length.is_finite() { length.ceil().clamp(16.0, 8000.0) } else { 600.0 };
     (limited(width), limited(height))
 }

@@ -1,9 +1,8 @@
 //! Header and footer of every figure: title, subtitle, fixed conditions, notes.
 
-use super::canvas::{Canvas, Text};
-use super::fonts::{self, Weight};
+use super::canvas::{Canvas, CanvasText};
+use super::fonts::{self, FontWeight};
 use super::style::{MUTED, Quantity, size};
-use super::surface::Surface;
 use coldplate_base::error::Result;
 
 /// Space between the edge of a figure and its content, CSS pixels. Chosen by eye.
@@ -31,9 +30,9 @@ impl Page {
         let room = width - 2.0 * MARGIN;
         Self {
             width,
-            title: fonts::wrap(title, size::TITLE, Weight::Bold, room, 2),
-            subtitle: fonts::wrap(subtitle, size::BODY, Weight::Regular, room, 2),
-            footer: footer.iter().flat_map(|line| fonts::wrap(line, size::FOOTER, Weight::Regular, room, 4)).collect(),
+            title: fonts::wrap(title, size::TITLE, FontWeight::Bold, room, 2),
+            subtitle: fonts::wrap(subtitle, size::BODY, FontWeight::Regular, room, 2),
+            footer: footer.iter().flat_map(|line| fonts::wrap(line, size::FOOTER, FontWeight::Regular, room, 4)).collect(),
         }
     }
 
@@ -56,20 +55,20 @@ impl Page {
     ///
     /// # Errors
     /// If the surface refuses.
-    pub fn paint<S: Surface>(&self, canvas: &mut Canvas<S>, height: f64) -> Result<()> {
+    pub fn paint(&self, canvas: &mut Canvas, height: f64) -> Result<()> {
         let mut y = MARGIN;
         for line in &self.title {
-            canvas.text((MARGIN, y + 16.0), &Text::new(line).size(size::TITLE).bold())?;
+            canvas.text((MARGIN, y + 16.0), &CanvasText::new(line).size(size::TITLE).bold())?;
             y += TITLE_LINE;
         }
         for line in &self.subtitle {
-            canvas.text((MARGIN, y + 12.0), &Text::new(line).colour(MUTED))?;
+            canvas.text((MARGIN, y + 12.0), &CanvasText::new(line).colour(MUTED))?;
             y += SUBTITLE_LINE;
         }
         let mut y = height - MARGIN * 0.75 - FOOTER_LINE * self.footer.len() as f64;
         for line in &self.footer {
             y += FOOTER_LINE;
-            canvas.text((MARGIN, y - 4.0), &Text::new(line).size(size::FOOTER).colour(MUTED))?;
+            canvas.text((MARGIN, y - 4.0), &CanvasText::new(line).size(size::FOOTER).colour(MUTED))?;
         }
         Ok(())
     }

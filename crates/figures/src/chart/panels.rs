@@ -1,13 +1,12 @@
 //! Many small plots of the same few curves side by side: ours beside published ones, point by point.
 
 use super::Figure;
-use super::axis::{Axis, Frame};
-use super::canvas::{Canvas, Stroke, Text};
-use super::fonts::{self, Weight};
+use super::axis::{PlotAxis, PlotFrame};
+use super::canvas::{Canvas, CanvasText, PixelPoint, Stroke};
+use super::fonts::{self, FontWeight};
 use super::legend::{Legend, Swatch};
 use super::page::{MARGIN, Page};
 use super::style::{Quantity, series, size};
-use super::surface::Surface;
 use super::ticks::Range;
 use coldplate_base::error::{Error, Result};
 
@@ -63,7 +62,7 @@ impl PanelsFigure {
         legend
     }
 
-    fn frame(&self, panel: &Panel, (left, top): (f64, f64), width: f64) -> Result<Frame> {
+    fn frame(&self, panel: &Panel, (left, top): PixelPoint, width: f64) -> Result<PlotFrame> {
         let all = || panel.curves.iter().chain([&panel.samples]).flatten().filter(|p| p.0.is_finite() && p.1.is_finite());
         let (Some(x), Some(mut y)) = (Range::of(all().map(|p| p.0)), Range::of(all().map(|p| p.1))) else {
             return Err(Error::input("no curve has a value to draw").at_key(panel.title.clone()));
@@ -72,11 +71,11 @@ impl PanelsFigure {
             let middle = 0.5 * (y.low + y.high);
             y = Range { low: middle - 0.5 * LEAST, high: middle + 0.5 * LEAST };
         }
-        let axes = (Axis::linear(self.x.label(), x), Axis::linear(self.y.label(), y.padded(0.08)));
-        Ok(Frame::with_text((left, top + HEADING), (width, PANEL - HEADING - 6.0), axes.0, axes.1, 11.0))
+        let axes = (PlotAxis::linear(self.x.label(), x), PlotAxis::linear(self.y.label(), y.padded(0.08)));
+        Ok(PlotFrame::with_text((left, top + HEADING), (width, PANEL - HEADING - 6.0), axes.0, axes.1, 11.0))
     }
 
-    fn paint_panel<S: Surface>(&self, canvas: &mut Canvas<S>, panel: &Panel, at: (f64, f64), width: f64) -> Result<()> {
+    fn paint_panel(&self, canvas: &mut Canvas, panel: &Panel, at: PixelPoint, width: f64) -> Result<()> {
         let frame = self.frame(panel, at, width)?;
         frame.paint_grid(canvas)?;
         for (i, curve) in panel.curves.iter().enumerate().filter(|(_, c)| !c.is_empty()) {
@@ -87,8 +86,8 @@ impl PanelsFigure {
             canvas.marker(frame.at(*x, *y), series(0).marker, 2.8, series(0).colour)?;
         }
         frame.paint_axes(canvas)?;
-        let title = fonts::fit(&panel.title, size::TICK, Weight::Bold, width - 8.0);
-        canvas.text((at.0 + 8.0, at.1 + HEADING - 6.0), &Text::new(&title).size(size::TICK).bold())
+        let title = fonts::fit(&panel.title, size::TICK, FontWeight::Bold, width - 8.0);
+        canvas.text((at.0 + 8.0, at.1 + HEADING - 6.0), &CanvasText::new(&title).size(size::TICK).bold())
     }
 }
 
@@ -112,7 +111,7 @@ impl Figure for PanelsFigure {
         Ok((WIDTH, page.top() + self.legend().running_height(page.room()) + 8.0 + rows * PANEL + page.bottom()))
     }
 
-    fn paint<S: Surface>(&self, canvas: &mut Canvas<S>) -> Result<()> {
+    fn paint(&self, canvas: &mut Canvas) -> Result<()> {
         let (page, legend) = (self.page(), self.legend());
         legend.paint_running(canvas, (MARGIN, page.top()), page.room())?;
         let top = page.top() + legend.running_height(page.room()) + 8.0;

@@ -2,18 +2,17 @@
 //! apart: does the surrogate repeat the simulation?
 
 use super::Figure;
-use super::axis::{Axis, Frame};
-use super::canvas::{Canvas, Stroke, Text};
+use super::axis::{PlotAxis, PlotFrame};
+use super::canvas::{Canvas, CanvasText, Stroke};
 use super::legend::{Legend, Swatch};
 use super::page::{MARGIN, Page};
 use super::style::{AXIS, BLUE, DASHED, INK, MUTED, Marker, Quantity, Rgb, VERMILLION, number, size, unit_symbol};
-use super::surface::Surface;
 use super::ticks::Range;
 use coldplate_base::error::{Error, Result};
 
 /// One condition.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Sample {
+pub struct ParityPoint {
     /// Simulated (or measured) value.
     pub reference: f64,
     /// Value of the fit.
@@ -22,7 +21,7 @@ pub struct Sample {
     pub held_out: bool,
 }
 
-impl Sample {
+impl ParityPoint {
     /// Predicted minus reference.
     pub fn error(self) -> f64 {
         self.predicted - self.reference
@@ -47,8 +46,8 @@ pub struct ErrorStatistics {
 }
 
 /// Statistics of the samples that have both values; `None` if there are none.
-pub fn statistics(samples: impl IntoIterator<Item = Sample>) -> Option<ErrorStatistics> {
-    let errors: Vec<f64> = samples.into_iter().filter(|s| s.usable()).map(Sample::error).collect();
+pub fn statistics(samples: impl IntoIterator<Item = ParityPoint>) -> Option<ErrorStatistics> {
+    let errors: Vec<f64> = samples.into_iter().filter(|s| s.usable()).map(ParityPoint::error).collect();
     let count = errors.len();
     (count > 0).then(|| {
         let n = count as f64;
@@ -70,7 +69,7 @@ pub struct ParityFigure {
     /// Reference that the fit is compared with, `simulated` or `measured`; empty means `simulated`.
     pub reference: String,
     /// The conditions.
-    pub samples: Vec<Sample>,
+    pub samples: Vec<ParityPoint>,
     /// Half width of the 95 % band, drawn about zero error; 0 or not finite draws none.
     pub half_width: f64,
     /// Lines for the footer.
@@ -137,8 +136,8 @@ impl ParityFigure {
         legend
     }
 
-    fn frames(&self, top: f64) -> Result<(Frame, Frame)> {
-        let used: Vec<Sample> = self.samples.iter().copied().filter(|s| s.usable()).collect();
+    fn frames(&self, top: f64) -> Result<(PlotFrame, PlotFrame)> {
+        let used: Vec<ParityPoint> = self.samples.iter().copied().filter(|s| s.usable()).collect();
         let values = used.iter().flat_map(|s| [s.reference, s.predicted]);
         let (Some(values), Some(errors)) = (Range::of(values), error_range(used.iter().map(|s| s.error()), self.half_width)) else {
             return Err(Error::input("no condition has both a predicted and a reference value").at_key(self.title.clone()));
@@ -146,10 +145,10 @@ impl ParityFigure {
         let values = values.padded(0.04);
         let unit = if self.quantity.unit.trim().is_empty() { String::new() } else { format!(" [{}]", unit_symbol(&self.quantity.unit)) };
         let difference = if unit.is_empty() { String::new() } else { format!(" [{}]", self.difference_unit()) };
-        let x = Axis::linear(format!("{}{unit}", self.reference()), values);
-        let left = Frame::inside((MARGIN, top), (452.0, PLOT), x.clone(), Axis::linear(format!("predicted{unit}"), values));
-        let y = Axis::linear(format!("predicted − {}{difference}", self.reference()), errors);
-        let right = Frame::inside((MARGIN + 470.0, top), (WIDTH - 2.0 * MARGIN - 470.0, PLOT), x, y);
+        let x = PlotAxis::linear(format!("{}{unit}", self.reference()), values);
+        let left = PlotFrame::inside((MARGIN, top), (452.0, PLOT), x.clone(), PlotAxis::linear(format!("predicted{unit}"), values));
+        let y = PlotAxis::linear(format!("predicted − {}{difference}", self.reference()), errors);
+        let right = PlotFrame::inside((MARGIN + 470.0, top), (WIDTH - 2.0 * MARGIN - 470.0, PLOT), x, y);
         Ok((left, right))
     }
 }
@@ -172,7 +171,7 @@ pub fn error_range(errors: impl IntoIterator<Item = f64>, half_width: f64) -> Op
 ///
 /// # Errors
 /// If the surface refuses.
-pub fn paint_band<S: Surface>(canvas: &mut Canvas<S>, frame: &Frame, half_width: f64) -> Result<()> {
+pub fn paint_band(canvas: &mut Canvas, frame: &PlotFrame, half_width: f64) -> Result<()> {
     let across = |y: f64| [(frame.left, frame.at(frame.x.range.low, y).1), (frame.right(), frame.at(frame.x.range.low, y).1)];
     canvas.line(&across(0.0), Stroke::solid(MUTED, 1.4))?;
     if half_width.is_finite() && half_width > 0.0 {
@@ -194,12 +193,12 @@ impl Figure for ParityFigure {
         Ok((WIDTH, page.top() + PLOT + 26.0 + self.legend().running_height(page.room()) + page.bottom()))
     }
 
-    fn paint<S: Surface>(&self, canvas: &mut Canvas<S>) -> Result<()> {
+    fn paint(&self, canvas: &mut Canvas) -> Result<()> {
         let page = self.page();
         let top = page.top() + 20.0;
         let (left, right) = self.frames(top)?;
         for (frame, name) in [(&left, "Predicted over the reference"), (&right, "Their difference, magnified")] {
-            canvas.text((frame.left, top - 2.0), &Text::new(name).size(size::TICK).bold().colour(AXIS))?;
+            canvas.text((frame.left, top - 2.0), &CanvasText::new(name).size(size::TICK).bold().colour(AXIS))?;
             frame.paint_grid(canvas)?;
         }
         let ends = [left.x.range.low, left.x.range.high].map(|v| left.at(v, v));

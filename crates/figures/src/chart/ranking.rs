@@ -1,15 +1,14 @@
 //! Probability of each explanation, and whether the data can refute it.
 
 use super::Figure;
-use super::axis::Axis;
-use super::canvas::{Canvas, Stroke, Text};
-use super::fonts::{self, Weight};
+use super::axis::PlotAxis;
+use super::canvas::{Canvas, CanvasText, Stroke};
+use super::fonts::{self, FontWeight};
 use super::legend::{Legend, Swatch};
 use super::page::{MARGIN, Page};
 use super::regions::{Hatch, hatch_rectangle};
-use super::rows::Rows;
+use super::rows::NamedRows;
 use super::style::{AXIS, BLUE, ORANGE, Rgb, SKY, fixed, size};
-use super::surface::Surface;
 use super::ticks::Range;
 use coldplate_base::error::{Error, Result};
 
@@ -63,8 +62,8 @@ impl RankingFigure {
         Page::new(WIDTH, &self.title, "", &self.notes)
     }
 
-    fn rows(&self) -> Rows {
-        Rows::new(self.ranked.iter().map(|r| r.name.as_str()), NAMES, 30.0)
+    fn rows(&self) -> NamedRows {
+        NamedRows::new(self.ranked.iter().map(|r| r.name.as_str()), NAMES, 30.0)
     }
 
     fn legend(&self) -> Legend {
@@ -91,11 +90,11 @@ impl Figure for RankingFigure {
         Ok((WIDTH, page.top() + self.legend().running_height(page.room()) + 8.0 + self.rows().height() + 56.0 + page.bottom()))
     }
 
-    fn paint<S: Surface>(&self, canvas: &mut Canvas<S>) -> Result<()> {
+    fn paint(&self, canvas: &mut Canvas) -> Result<()> {
         let (page, legend, rows) = (self.page(), self.legend(), self.rows());
         legend.paint_running(canvas, (MARGIN, page.top()), page.room())?;
         // The numbers stand beyond the ends of the bars.
-        let axis = Axis::linear("probability", Range { low: 0.0, high: 1.14 });
+        let axis = PlotAxis::linear("probability", Range { low: 0.0, high: 1.14 });
         let frame = rows.frame(MARGIN, page.top() + legend.running_height(page.room()) + 8.0, WIDTH - MARGIN, axis);
         rows.paint(canvas, &frame)?;
         frame.paint_across(canvas, true)?;
@@ -105,10 +104,10 @@ impl Figure for RankingFigure {
             let width = (frame.at(share, 0.0).0 - left).max(1.5);
             let (_, colour, hatch, _) = STANDINGS.into_iter().find(|s| s.0 == r.standing).unwrap_or(STANDINGS[0]);
             canvas.rectangle(left, y - height / 2.0, width, height, colour, 1.0)?;
-            hatch_rectangle(canvas, (left, y - height / 2.0), (width, height), (hatch, colour))?;
+            hatch_rectangle(canvas, (left, y - height / 2.0), (width, height), hatch, colour)?;
             let label = if r.probability > 0.0 && r.probability < 5e-4 { "below 0.001".to_string() } else { fixed(r.probability, 3) };
-            let label = fonts::fit(&label, size::TICK, Weight::Regular, 120.0);
-            canvas.text((left + width + 6.0, y + 0.36 * size::TICK), &Text::new(&label).size(size::TICK))?;
+            let label = fonts::fit(&label, size::TICK, FontWeight::Regular, 120.0);
+            canvas.text((left + width + 6.0, y + 0.36 * size::TICK), &CanvasText::new(&label).size(size::TICK))?;
         }
         let zero = frame.at(0.0, 0.0).0;
         canvas.line(&[(zero, frame.top), (zero, frame.bottom())], Stroke::solid(AXIS, 1.4))?;

@@ -6,9 +6,10 @@ use ab_glyph::{Font, Glyph, Point, PxScale};
 use plotters::backend::{BitMapBackend, DrawingBackend};
 use plotters::style::{Color, RGBAColor, RGBColor};
 
+use super::canvas::PixelSize;
 use super::fonts;
 use super::style::Rgb;
-use super::surface::{Anchor, Lettering, Pixel, Surface};
+use super::surface::{Anchor, DrawingSurface, Lettering, Pixel};
 use coldplate_base::error::{Error, Result};
 
 /// Pixels of the PNG per CSS pixel. Chosen: sharp on screens and in print.
@@ -31,14 +32,14 @@ fn paint(colour: Rgb, alpha: f64) -> RGBAColor {
 }
 
 /// Painted pixels for a figure of this size in CSS pixels.
-pub fn painted_size((width, height): (f64, f64)) -> (u32, u32) {
+pub fn painted_size((width, height): PixelSize) -> (u32, u32) {
     let pixels = |length: f64| (length * f64::from(DENSITY)).round() as u32 * OVERSAMPLING;
     (pixels(width), pixels(height))
 }
 
 impl<'a> Raster<'a> {
     /// Starts painting into a buffer of `width * height` RGB pixels, see [`painted_size`].
-    pub fn new(buffer: &'a mut [u8], (width, height): (u32, u32)) -> Self {
+    pub fn new(buffer: &'a mut [u8], width: u32, height: u32) -> Self {
         Self { backend: BitMapBackend::with_buffer(buffer, (width, height)), size: (width as i32, height as i32) }
     }
 
@@ -93,7 +94,7 @@ impl Raster<'_> {
     }
 }
 
-impl Surface for Raster<'_> {
+impl DrawingSurface for Raster<'_> {
     fn scale(&self) -> f64 {
         f64::from(DENSITY * OVERSAMPLING)
     }
@@ -172,7 +173,7 @@ impl Surface for Raster<'_> {
 }
 
 /// The painted pixels averaged down to the pixels of the PNG, with their width and height.
-pub fn averaged(painted: &[u8], (width, height): (u32, u32)) -> (Vec<u8>, (u32, u32)) {
+pub fn averaged(painted: &[u8], width: u32, height: u32) -> (Vec<u8>, (u32, u32)) {
     let n = OVERSAMPLING as usize;
     let (columns, rows) = (width as usize / n, height as usize / n);
     let mut out = vec![0u8; 3 * columns * rows];

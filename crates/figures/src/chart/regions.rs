@@ -1,9 +1,10 @@
 //! Areas of a map: filled where a function is positive, hatched, and named.
 
-use super::canvas::{Canvas, Place, Stroke};
-use super::contour::Grid;
+use std::ops::Range;
+
+use super::canvas::{Canvas, PixelPoint, PixelSize, Stroke};
+use super::contour::ValueGrid;
 use super::style::Rgb;
-use super::surface::Surface;
 use coldplate_base::error::Result;
 
 /// A pattern over an area, so that it is told apart without colour.
@@ -34,11 +35,12 @@ impl Hatch {
 ///
 /// # Errors
 /// If the surface refuses.
-pub fn hatch<S: Surface>(
-    canvas: &mut Canvas<S>,
-    (left, top): Place,
-    (width, height): (f64, f64),
-    (pattern, ground): (Hatch, Rgb),
+pub fn hatch(
+    canvas: &mut Canvas,
+    (left, top): PixelPoint,
+    (width, height): PixelSize,
+    pattern: Hatch,
+    ground: Rgb,
     inside: impl Fn(f64, f64) -> bool,
 ) -> Result<()> {
     let Some((spacing, direction, stroke)) = pattern.lines(ground) else { return Ok(()) };
@@ -50,7 +52,7 @@ pub fn hatch<S: Surface>(
     let steps = (height / 2.0).ceil().max(1.0);
     let mut c = first + spacing / 2.0;
     while c < last {
-        let mut run: Option<(Place, Place)> = None;
+        let mut run: Option<(PixelPoint, PixelPoint)> = None;
         for k in 0..=steps as usize {
             let y = height * k as f64 / steps;
             let x = c + direction * y;
@@ -73,15 +75,15 @@ pub fn hatch<S: Surface>(
 ///
 /// # Errors
 /// If the surface refuses.
-pub fn hatch_rectangle<S: Surface>(canvas: &mut Canvas<S>, at: Place, size: (f64, f64), pattern: (Hatch, Rgb)) -> Result<()> {
-    hatch(canvas, at, size, pattern, |_, _| true)
+pub fn hatch_rectangle(canvas: &mut Canvas, at: PixelPoint, size: PixelSize, pattern: Hatch, ground: Rgb) -> Result<()> {
+    hatch(canvas, at, size, pattern, ground, |_, _| true)
 }
 
 /// Fills the area where the function is positive; `place` maps the grid's coordinates to CSS pixels.
 ///
 /// # Errors
 /// If the surface refuses.
-pub fn fill_positive<S: Surface>(canvas: &mut Canvas<S>, grid: &Grid, colour: Rgb, place: impl Fn(f64, f64) -> Place) -> Result<()> {
+pub fn fill_positive(canvas: &mut Canvas, grid: &ValueGrid, colour: Rgb, place: impl Fn(f64, f64) -> PixelPoint) -> Result<()> {
     for j in 0..grid.y.len() - 1 {
         // Neighbouring full cells are painted as one, which keeps the file small.
         let mut run: Option<(usize, usize)> = None;
@@ -93,39 +95,40 @@ pub fn fill_positive<S: Surface>(canvas: &mut Canvas<S>, grid: &Grid, colour: Rg
                 continue;
             }
             if let Some((a, b)) = run.take() {
-                strip(canvas, grid, (a, b, j), colour, &place)?;
+                strip(canvas, grid, j, a..b + 1, colour, &place)?;
             }
             let Some(four) = corners else { continue };
-            let part: Vec<Place> = clip(&four).into_iter().map(|(x, y)| place(x, y)).collect();
+            let part: Vec<PixelPoint> = clip(&four).into_iter().map(|(x, y)| place(x, y)).collect();
             canvas.polygon(&part, colour, 1.0)?;
             // A thin outline closes the seam to the neighbouring cells that smoothed edges would show.
-            let outline: Vec<Place> = part.iter().chain(part.first()).copied().collect();
+            let outline: Vec<PixelPoint> = part.iter().chain(part.first()).copied().collect();
             canvas.line(&outline, Stroke::solid(colour, 0.7))?;
         }
         if let Some((a, b)) = run {
-            strip(canvas, grid, (a, b, j), colour, &place)?;
+            strip(canvas, grid, j, a..b + 1, colour, &place)?;
         }
     }
     Ok(())
 }
 
-/// One run of full cells, half a pixel larger upwards and a little to the sides so that no seam shows.
-fn strip<S: Surface>(
-    canvas: &mut Canvas<S>,
-    grid: &Grid,
-    (a, b, j): (usize, usize, usize),
+/// A run of full cells in row `j`, half a pixel larger upwards and a little to the sides so that no seam shows.
+fn strip(
+    canvas: &mut Canvas,
+    grid: &ValueGrid,
+    j: usize,
+    run: Range<usize>,
     colour: Rgb,
-    place: &impl Fn(f64, f64) -> Place,
+    place: &impl Fn(f64, f64) -> PixelPoint,
 ) -> Result<()> {
-    let (low, high) = (place(grid.x[a], grid.y[j]), place(grid.x[b + 1], grid.y[j + 1]));
+    let (low, high) = (place(grid.x[run.start], grid.y[j]), place(grid.x[run.end], grid.y[j + 1]));
     let up = if j + 2 < grid.y.len() { 0.5 } else { 0.0 };
-    let left = if a > 0 { 0.35 } else { 0.0 };
-    let right = if b + 2 < grid.x.len() { 0.35 } else { 0.0 };
+    let left = if run.start > 0 { 0.35 } else { 0.0 };
+    let right = if run.end + 1 < grid.x.len() { 0.35 } else { 0.0 };
     canvas.rectangle(low.0 - left, high.1 - up, high.0 - low.0 + left + right, low.1 - high.1 + up, colour, 1.0)
 }
 
 /// The part of a cell where the function, linear along its edges, is positive.
-fn clip(four: &[(Place, f64); 4]) -> Vec<Place> {
+fn clip(four: &[(PixelPoint, f64); 4]) -> Vec<PixelPoint> {
     let mut part = Vec::with_capacity(6);
     for e in 0..4 {
         let ((a, za), (b, zb)) = (four[e], four[(e + 1) % 4]);
@@ -159,7 +162,7 @@ pub fn zones(numbers: &[Option<usize>], nx: usize, ny: usize, spacing: (f64, f64
     if nx == 0 || ny == 0 || numbers.len() != nx * ny {
         return Vec::new();
     }
-    let distance = distance_to_edge(numbers, nx, ny, spacing);
+    let distance = distance_to_edge(numbers, nx, ny, spacing.0, spacing.1);
     let mut seen = vec![false; nx * ny];
     let mut zones = Vec::new();
     for start in 0..nx * ny {
@@ -199,7 +202,7 @@ pub fn zones(numbers: &[Option<usize>], nx: usize, ny: usize, spacing: (f64, f64
 
 /// Distance of every node to the nearest node of another number or the edge of the map, by two passes
 /// over the grid (chamfer distance: exact along axes and diagonals, within 8 % between).
-fn distance_to_edge(numbers: &[Option<usize>], nx: usize, ny: usize, (dx, dy): (f64, f64)) -> Vec<f64> {
+fn distance_to_edge(numbers: &[Option<usize>], nx: usize, ny: usize, dx: f64, dy: f64) -> Vec<f64> {
     let diagonal = dx.hypot(dy);
     let at_edge = |k: usize| {
         let (i, j) = (k % nx, k / nx);

@@ -1,13 +1,12 @@
 //! Residual of every sensor over each variable, side by side: do the errors of the model follow a condition?
 
 use super::Figure;
-use super::axis::{Axis, Frame};
+use super::axis::{PlotAxis, PlotFrame};
 use super::canvas::Canvas;
 use super::legend::{Legend, Swatch};
 use super::page::{MARGIN, Page};
 use super::parity::{error_range, paint_band};
 use super::style::{Marker, Quantity, Rgb, series, size};
-use super::surface::Surface;
 use super::ticks::Range;
 use coldplate_base::error::{Error, Result};
 
@@ -95,7 +94,7 @@ impl Figure for ResidualPanels {
         Ok((WIDTH, page.top() + self.legend().running_height(page.room()) + 8.0 + rows * PANEL + page.bottom()))
     }
 
-    fn paint<S: Surface>(&self, canvas: &mut Canvas<S>) -> Result<()> {
+    fn paint(&self, canvas: &mut Canvas) -> Result<()> {
         let (page, legend, range) = (self.page(), self.legend(), self.range()?);
         legend.paint_running(canvas, (MARGIN, page.top()), page.room())?;
         let top = page.top() + legend.running_height(page.room()) + 8.0;
@@ -105,8 +104,8 @@ impl Figure for ResidualPanels {
             let at = (MARGIN + width * (v % columns) as f64, top + PANEL * (v / columns) as f64);
             let Some(across) = Range::of(self.conditions.iter().map(|row| row[v])) else { continue };
             // Only the first panel of a row names the vertical axis, which all share.
-            let y = Axis::linear(if v % columns == 0 { self.quantity.label() } else { String::new() }, range);
-            let frame = Frame::inside(at, (width - 8.0, PANEL - 10.0), Axis::linear(variable.label(), across.padded(0.06)), y);
+            let y = PlotAxis::linear(if v % columns == 0 { self.quantity.label() } else { String::new() }, range);
+            let frame = PlotFrame::inside(at, (width - 8.0, PANEL - 10.0), PlotAxis::linear(variable.label(), across.padded(0.06)), y);
             frame.paint_grid(canvas)?;
             paint_band(canvas, &frame, self.half_width)?;
             // Sensors that stand out are drawn last.

@@ -1,12 +1,11 @@
 //! Residuals reading by reading: sensors down, conditions across, one sheet before and one after.
 
 use super::Figure;
-use super::canvas::{Canvas, Place, Stroke, Text};
-use super::fonts::{self, Weight};
+use super::canvas::{Canvas, CanvasText, PixelPoint, PixelSize, Stroke};
+use super::fonts::{self, FontWeight};
 use super::page::{MARGIN, Page};
-use super::rows::Rows;
+use super::rows::NamedRows;
 use super::style::{AXIS, BLUE, GRID, INK, MUTED, Rgb, STRIPE, VERMILLION, WHITE, fixed, number, size};
-use super::surface::Surface;
 use coldplate_base::error::{Error, Result};
 
 /// Sheets of the same sensors and conditions, side by side where there is room.
@@ -60,7 +59,7 @@ pub fn diverging(t: f64) -> Rgb {
 
 /// Layout of the figure.
 struct Plan {
-    rows: Rows,
+    rows: NamedRows,
     cell: f64,
     beside: bool,
     /// Height of the labels under a sheet, and the number of columns per label.
@@ -99,19 +98,19 @@ impl ResidualSheet {
     }
 
     fn plan(&self) -> Plan {
-        let rows = Rows::new(self.sensors.iter().map(String::as_str), 210.0, ROW);
+        let rows = NamedRows::new(self.sensors.iter().map(String::as_str), 210.0, ROW);
         let room = WIDTH - 2.0 * MARGIN - rows.names_width - 12.0;
         let (sheets, columns) = (self.sheets.len().max(1) as f64, self.conditions.len().max(1) as f64);
         let beside = (room - GAP * (sheets - 1.0)) / (sheets * columns);
         let is_beside = beside >= NARROW || sheets < 2.0;
         let cell = if is_beside { beside } else { room / columns }.min(WIDEST);
-        let width = |l: &String| fonts::width(l, size::TICK, Weight::Regular);
+        let width = |l: &String| fonts::width(l, size::TICK, FontWeight::Regular);
         let widest = self.conditions.iter().map(width).fold(0.0, f64::max);
         let upright = widest > cell - 4.0;
         let every = if upright { (15.0 / cell).ceil().max(1.0) as usize } else { 1 };
         let height = if upright { widest.min(LABEL) + 12.0 } else { 22.0 };
         let numbers = self.values().filter(|v| v.is_finite()).map(|v| label(v, self.decimals));
-        let widest = numbers.map(|l| fonts::width(&l, 12.0, Weight::Regular)).fold(0.0, f64::max);
+        let widest = numbers.map(|l| fonts::width(&l, 12.0, FontWeight::Regular)).fold(0.0, f64::max);
         let text = [12.0, 11.0, 10.0, 9.0].into_iter().find(|text| widest * text / 12.0 + 3.0 <= cell);
         Plan { rows, cell, beside: is_beside, labels: (height, every), upright, text }
     }
@@ -121,19 +120,19 @@ impl ResidualSheet {
         if plan.beside { one } else { one * self.sheets.len() as f64 + GAP * (self.sheets.len() as f64 - 1.0) }
     }
 
-    fn paint_sheet<S: Surface>(&self, canvas: &mut Canvas<S>, plan: &Plan, which: usize, (left, top): Place) -> Result<()> {
+    fn paint_sheet(&self, canvas: &mut Canvas, plan: &Plan, which: usize, (left, top): PixelPoint) -> Result<()> {
         let (name, sheet) = &self.sheets[which];
         let limit = self.limit();
         let width = plan.cell * self.conditions.len() as f64;
-        let title = fonts::fit(name, size::TICK, Weight::Bold, width.max(HEADING_WIDTH));
-        canvas.text((left, top + HEADING - 9.0), &Text::new(&title).size(size::TICK).bold())?;
+        let title = fonts::fit(name, size::TICK, FontWeight::Bold, width.max(HEADING_WIDTH));
+        canvas.text((left, top + HEADING - 9.0), &CanvasText::new(&title).size(size::TICK).bold())?;
         let top = top + HEADING;
         for (i, row) in sheet.iter().enumerate() {
             for (j, value) in row.iter().enumerate() {
                 let (x, y) = (left + plan.cell * j as f64, top + plan.rows.row * i as f64);
                 let size = (plan.cell, plan.rows.row);
                 if value.is_finite() {
-                    paint_cell(canvas, (x, y), size, *value, (limit, plan.text, self.decimals))?
+                    paint_cell(canvas, (x, y), size, *value, CellLook { limit, text: plan.text, decimals: self.decimals })?
                 } else {
                     paint_missing(canvas, (x, y), size)?
                 }
@@ -152,36 +151,36 @@ impl ResidualSheet {
         for (j, label) in self.conditions.iter().enumerate().step_by(plan.labels.1) {
             let x = left + plan.cell * (j as f64 + 0.5);
             if plan.upright {
-                let label = fonts::fit(label, size::TICK, Weight::Regular, LABEL);
-                canvas.text((x + 0.36 * size::TICK, bottom + 6.0), &Text::new(&label).size(size::TICK).end().upwards())?;
+                let label = fonts::fit(label, size::TICK, FontWeight::Regular, LABEL);
+                canvas.text((x + 0.36 * size::TICK, bottom + 6.0), &CanvasText::new(&label).size(size::TICK).end().upwards())?;
             } else {
-                canvas.text((x, bottom + 17.0), &Text::new(label).size(size::TICK).middle())?;
+                canvas.text((x, bottom + 17.0), &CanvasText::new(label).size(size::TICK).middle())?;
             }
         }
         Ok(())
     }
 
-    fn paint_names<S: Surface>(&self, canvas: &mut Canvas<S>, plan: &Plan, top: f64) -> Result<()> {
+    fn paint_names(&self, canvas: &mut Canvas, plan: &Plan, top: f64) -> Result<()> {
         for (i, name) in self.sensors.iter().enumerate() {
-            let lines = fonts::wrap(name, size::TICK, Weight::Regular, 210.0, 2);
+            let lines = fonts::wrap(name, size::TICK, FontWeight::Regular, 210.0, 2);
             let first = top + plan.rows.row * (i as f64 + 0.5) + 0.36 * size::TICK - 8.0 * (lines.len().max(1) - 1) as f64;
             for (k, line) in lines.iter().enumerate() {
                 let at = (MARGIN + plan.rows.names_width, first + 16.0 * k as f64);
-                canvas.text(at, &Text::new(line).size(size::TICK).end())?;
+                canvas.text(at, &CanvasText::new(line).size(size::TICK).end())?;
             }
         }
         Ok(())
     }
 
     /// The scale of colours.
-    fn paint_scale<S: Surface>(&self, canvas: &mut Canvas<S>, (left, top): Place) -> Result<()> {
+    fn paint_scale(&self, canvas: &mut Canvas, (left, top): PixelPoint) -> Result<()> {
         /// Length of the scale of colours, CSS pixels. Chosen by eye.
         const LENGTH: f64 = 260.0;
         /// Number of colours in the scale. Chosen: enough to look smooth.
         const STEPS: usize = 52;
         let limit = self.limit();
         let (below, above) = ("reading below the model", "reading above the model");
-        let text = |t: &'static str| Text::new(t).size(size::FOOTER).colour(MUTED);
+        let text = |t: &'static str| CanvasText::new(t).size(size::FOOTER).colour(MUTED);
         let start = left + text(below).width() + 12.0;
         canvas.text((left, top + 15.0), &text(below))?;
         canvas.text((start + LENGTH + 12.0, top + 15.0), &text(above))?;
@@ -198,11 +197,11 @@ impl ResidualSheet {
             canvas.line(&[(x, top + 18.0), (x, top + 22.0)], Stroke::solid(AXIS, 1.0))?;
             let label =
                 if value == 0.0 { "0".to_string() } else { format!("{}{beyond}", number(format!("{value:.1e}").parse().unwrap_or(value))) };
-            canvas.text((x, top + 35.0), &Text::new(&label).size(size::FOOTER).colour(MUTED).middle())?;
+            canvas.text((x, top + 35.0), &CanvasText::new(&label).size(size::FOOTER).colour(MUTED).middle())?;
         }
         let at = start + LENGTH + 12.0 + text(above).width() + 16.0;
-        let unit = fonts::fit(&format!("in {}", self.unit), size::FOOTER, Weight::Regular, (WIDTH - MARGIN - at).max(20.0));
-        canvas.text((at, top + 15.0), &Text::new(&unit).size(size::FOOTER).colour(MUTED))
+        let unit = fonts::fit(&format!("in {}", self.unit), size::FOOTER, FontWeight::Regular, (WIDTH - MARGIN - at).max(20.0));
+        canvas.text((at, top + 15.0), &CanvasText::new(&unit).size(size::FOOTER).colour(MUTED))
     }
 }
 
@@ -215,17 +214,24 @@ fn label(value: f64, decimals: usize) -> String {
     if value > 0.0 && digits.chars().any(|c| matches!(c, '1'..='9')) { format!("+{digits}") } else { digits }
 }
 
-/// Limit of the colours, font size of the numbers, their decimals.
-type Look = (f64, Option<f64>, usize);
+/// Look of the cells with values.
+#[derive(Clone, Copy)]
+struct CellLook {
+    /// Absolute value at which colours are full.
+    limit: f64,
+    /// Font size of the numbers, CSS pixels; `None` in cells too small for a number.
+    text: Option<f64>,
+    decimals: usize,
+}
 
-fn paint_cell<S: Surface>(canvas: &mut Canvas<S>, (x, y): Place, (width, height): (f64, f64), value: f64, look: Look) -> Result<()> {
-    let (limit, text, decimals) = look;
+fn paint_cell(canvas: &mut Canvas, (x, y): PixelPoint, (width, height): PixelSize, value: f64, look: CellLook) -> Result<()> {
+    let CellLook { limit, text, decimals } = look;
     let colour = diverging(value / limit);
     canvas.rectangle(x, y, width, height, colour, 1.0)?;
     let ink = if colour.contrast(WHITE) > colour.contrast(INK) { WHITE } else { INK };
     if let Some(text) = text {
         let number = label(value, decimals);
-        return canvas.text((x + width / 2.0, y + height / 2.0 + 0.36 * text), &Text::new(&number).size(text).colour(ink).middle());
+        return canvas.text((x + width / 2.0, y + height / 2.0 + 0.36 * text), &CanvasText::new(&number).size(text).colour(ink).middle());
     }
     // Cells too small for a number have a sign, so that the two colours are told apart in a grey print as well.
     if value.abs() >= 0.3 * limit && width >= 6.0 {
@@ -239,7 +245,7 @@ fn paint_cell<S: Surface>(canvas: &mut Canvas<S>, (x, y): Place, (width, height)
     Ok(())
 }
 
-fn paint_missing<S: Surface>(canvas: &mut Canvas<S>, (x, y): Place, (width, height): (f64, f64)) -> Result<()> {
+fn paint_missing(canvas: &mut Canvas, (x, y): PixelPoint, (width, height): PixelSize) -> Result<()> {
     canvas.rectangle(x, y, width, height, STRIPE, 1.0)?;
     canvas.line(&[(x, y + height), (x + width, y)], Stroke::solid(GRID, 1.0))
 }
@@ -255,7 +261,7 @@ impl Figure for ResidualSheet {
         Ok((WIDTH, page.top() + self.sheets_height(&self.plan()) + 12.0 + BAR + page.bottom()))
     }
 
-    fn paint<S: Surface>(&self, canvas: &mut Canvas<S>) -> Result<()> {
+    fn paint(&self, canvas: &mut Canvas) -> Result<()> {
         self.check()?;
         let (page, plan) = (self.page(), self.plan());
         let start = MARGIN + plan.rows.names_width + 12.0;

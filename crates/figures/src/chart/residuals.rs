@@ -2,13 +2,12 @@
 //! fit?
 
 use super::Figure;
-use super::axis::{Axis, Frame};
+use super::axis::{PlotAxis, PlotFrame};
 use super::canvas::Canvas;
 use super::legend::{Legend, Swatch};
 use super::page::{MARGIN, Page};
 use super::parity::{error_range, look, paint_band};
 use super::style::{DASHED, INK, Quantity, size, unit_symbol};
-use super::surface::Surface;
 use super::ticks::Range;
 use coldplate_base::error::{Error, Result};
 
@@ -110,7 +109,7 @@ impl Figure for ResidualFigure {
         Ok((WIDTH, page.top() + rows * PANEL + 6.0 + self.legend().running_height(page.room()) + page.bottom()))
     }
 
-    fn paint<S: Surface>(&self, canvas: &mut Canvas<S>) -> Result<()> {
+    fn paint(&self, canvas: &mut Canvas) -> Result<()> {
         let page = Page::new(WIDTH, &self.title, "", &self.notes);
         let panels = self.panels()?;
         let Some(errors) = error_range(self.residuals.iter().copied(), self.half_width) else {
@@ -124,8 +123,8 @@ impl Figure for ResidualFigure {
             let used = xs.iter().zip(&self.residuals).filter(|(_, r)| r.is_finite()).map(|(x, _)| *x);
             let Some(range) = Range::of(used) else { continue };
             // Only the first panel of a row names the vertical axis, which all share.
-            let y = Axis::linear(if p % COLUMNS == 0 { y_title.as_str() } else { "" }, errors);
-            let frame = Frame::inside(at, (width - 6.0, PANEL - 8.0), Axis::linear(title, range.padded(0.05)), y);
+            let y = PlotAxis::linear(if p % COLUMNS == 0 { y_title.as_str() } else { "" }, errors);
+            let frame = PlotFrame::inside(at, (width - 6.0, PANEL - 8.0), PlotAxis::linear(title, range.padded(0.05)), y);
             frame.paint_grid(canvas)?;
             paint_band(canvas, &frame, self.half_width)?;
             for held_out in [false, true] {

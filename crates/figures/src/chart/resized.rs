@@ -2,25 +2,24 @@
 
 use super::Figure;
 use super::canvas::Canvas;
-use super::surface::Surface;
 use coldplate_base::error::Result;
 
 /// A figure scaled to this width.
-#[derive(Debug, Clone, Copy)]
-pub struct Resized<'a, F> {
+#[derive(Clone, Copy)]
+pub struct Resized<'a> {
     /// The figure.
-    pub figure: &'a F,
+    pub figure: &'a dyn Figure,
     /// New width, CSS pixels.
     pub width: f64,
 }
 
-impl<F: Figure> Resized<'_, F> {
+impl Resized<'_> {
     fn factor(&self) -> Result<f64> {
         Ok(self.width / self.figure.size()?.0)
     }
 }
 
-impl<F: Figure> Figure for Resized<'_, F> {
+impl Figure for Resized<'_> {
     fn title(&self) -> &str {
         self.figure.title()
     }
@@ -29,7 +28,7 @@ impl<F: Figure> Figure for Resized<'_, F> {
         Ok((self.width, self.figure.size()?.1 * self.factor()?))
     }
 
-    fn paint<S: Surface>(&self, canvas: &mut Canvas<S>) -> Result<()> {
+    fn paint(&self, canvas: &mut Canvas) -> Result<()> {
         canvas.magnified(self.factor()?, |canvas| self.figure.paint(canvas))
     }
 }

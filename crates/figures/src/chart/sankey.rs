@@ -1,12 +1,11 @@
 //! Paths of heat as bands as wide as the heat they carry: from sources through parts to sinks.
 
 use super::Figure;
-use super::canvas::{Canvas, Place, Stroke, Text};
-use super::fonts::{self, Weight};
+use super::canvas::{Canvas, CanvasText, PixelPoint, Stroke};
+use super::fonts::{self, FontWeight};
 use super::heat::watts;
 use super::page::{MARGIN, Page, fixed_conditions};
 use super::style::{INK, ORANGE, Quantity, Rgb, SKY, VERMILLION};
-use super::surface::Surface;
 use coldplate_base::error::{Error, Result};
 
 /// Kind of a station on the way of the heat.
@@ -22,7 +21,7 @@ pub enum Stage {
 
 /// A station on the way of the heat.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Station {
+pub struct HeatStation {
     /// Name.
     pub name: String,
     /// Kind of the station.
@@ -31,7 +30,7 @@ pub struct Station {
 
 /// Heat from one station to another.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Band {
+pub struct HeatBand {
     /// Index of the station it leaves.
     pub from: usize,
     /// Index of the station it enters.
@@ -42,7 +41,7 @@ pub struct Band {
 
 /// All heat, W.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Total {
+pub struct HeatTotal {
     /// Heat from sources.
     pub made: f64,
     /// Heat that enters from warmer surroundings: water, walls, boundaries.
@@ -57,11 +56,11 @@ pub struct SankeyFigure {
     /// Title.
     pub title: String,
     /// The stations.
-    pub stations: Vec<Station>,
+    pub stations: Vec<HeatStation>,
     /// The bands between them.
-    pub bands: Vec<Band>,
+    pub bands: Vec<HeatBand>,
     /// All heat, including bands too thin to be drawn.
-    pub total: Total,
+    pub total: HeatTotal,
     /// The condition.
     pub fixed: Vec<(Quantity, f64)>,
     /// More lines for the footer.
@@ -95,7 +94,7 @@ struct Layout {
 
 impl SankeyFigure {
     fn page(&self) -> Page {
-        let Total { made, entering, leaving } = self.total;
+        let HeatTotal { made, entering, leaving } = self.total;
         // The heat of sources alone does not show where the rest comes from, for example if the chamber is warmer
         // than the water.
         let besides = if entering > 1e-3 * made { format!(", entering besides {}", watts(entering)) } else { String::new() };
@@ -108,13 +107,13 @@ impl SankeyFigure {
 
     /// Heat through a station: the larger of entering and leaving heat.
     fn through(&self, station: usize) -> f64 {
-        let sum = |of: fn(&Band) -> usize| self.bands.iter().filter(|b| of(b) == station).map(|b| b.watts).sum::<f64>();
+        let sum = |of: fn(&HeatBand) -> usize| self.bands.iter().filter(|b| of(b) == station).map(|b| b.watts).sum::<f64>();
         sum(|b| b.from).max(sum(|b| b.to))
     }
 
     fn check(&self) -> Result<()> {
         let place = |e: Error| e.at_key(self.title.clone());
-        let known = |b: &Band| b.from < self.stations.len() && b.to < self.stations.len() && b.from != b.to;
+        let known = |b: &HeatBand| b.from < self.stations.len() && b.to < self.stations.len() && b.from != b.to;
         if let Some(band) = self.bands.iter().find(|b| !(b.watts.is_finite() && b.watts > 0.0 && known(b))) {
             return Err(place(Error::input("a band needs two stations and a positive heat").read(band.watts)));
         }
@@ -197,7 +196,7 @@ impl SankeyFigure {
         MARGIN + room * layout.column[station] as f64 / (layout.columns.max(2) - 1) as f64
     }
 
-    fn paint_bands<S: Surface>(&self, canvas: &mut Canvas<S>, layout: &Layout, plot: f64) -> Result<()> {
+    fn paint_bands(&self, canvas: &mut Canvas, layout: &Layout, plot: f64) -> Result<()> {
         let middle = |s: usize| layout.top[s] + 0.5 * layout.scale * self.through(s);
         let mut leaving = vec![0.0; self.stations.len()];
         let mut entering = vec![0.0; self.stations.len()];
@@ -228,7 +227,7 @@ impl SankeyFigure {
             let upper = (0..=PIECES).map(|i| along(i, 0.0));
             let lower = (0..=PIECES).rev().map(|i| along(i, width));
             let colour = if self.stations[band.to].stage == Stage::Sink { SKY } else { ORANGE };
-            let outline: Vec<Place> = upper.chain(lower).collect();
+            let outline: Vec<PixelPoint> = upper.chain(lower).collect();
             canvas.polygon(&outline, colour, 0.5)?;
         }
         Ok(())
@@ -255,7 +254,7 @@ impl Figure for SankeyFigure {
         Ok((WIDTH, page.top() + self.layout().height + 8.0 + page.bottom()))
     }
 
-    fn paint<S: Surface>(&self, canvas: &mut Canvas<S>) -> Result<()> {
+    fn paint(&self, canvas: &mut Canvas) -> Result<()> {
         self.check()?;
         let (page, layout) = (self.page(), self.layout());
         let plot = page.top();
@@ -267,10 +266,10 @@ impl Figure for SankeyFigure {
             canvas.rectangle(x, y, POST, height, colour(station.stage), 1.0)?;
             canvas.line(&[(x, y), (x + POST, y)], Stroke::solid(INK, 0.6))?;
             let limit = if layout.column[s] + 1 == layout.columns { NAMES - 10.0 } else { room - POST - 8.0 };
-            let name = fonts::fit(&station.name, 12.0, Weight::Bold, limit);
+            let name = fonts::fit(&station.name, 12.0, FontWeight::Bold, limit);
             let (left, base) = (x + POST + 6.0, y + 0.5 * height);
-            canvas.text((left, base - 2.0), &Text::new(&name).size(12.0).bold())?;
-            canvas.text((left, base + 13.0), &Text::new(&watts(heat)).size(12.0))?;
+            canvas.text((left, base - 2.0), &CanvasText::new(&name).size(12.0).bold())?;
+            canvas.text((left, base + 13.0), &CanvasText::new(&watts(heat)).size(12.0))?;
         }
         page.paint(canvas, self.size()?.1)
     }

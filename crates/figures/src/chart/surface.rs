@@ -1,6 +1,6 @@
 //! Surfaces that figures are drawn onto: four primitives, in the surface's own integer coordinates.
 
-use super::fonts::Weight;
+use super::fonts::FontWeight;
 use super::style::Rgb;
 use coldplate_base::error::Result;
 
@@ -26,8 +26,8 @@ pub struct Lettering<'a> {
     pub text: &'a str,
     /// Font size (em).
     pub size: f64,
-    /// Weight.
-    pub weight: Weight,
+    /// Weight of the font.
+    pub weight: FontWeight,
     /// Colour.
     pub colour: Rgb,
     /// Point of the text that the position names.
@@ -37,8 +37,8 @@ pub struct Lettering<'a> {
 }
 
 /// An output of plotters, with the primitives the figures are made of.
-pub trait Surface {
-    /// Surface units per CSS pixel.
+pub trait DrawingSurface {
+    /// Units of the surface per CSS pixel.
     fn scale(&self) -> f64;
 
     /// Fills a polygon (even-odd).

@@ -1,14 +1,13 @@
 //! A misfit over two parameters: the valley it forms, the best place, and the temperatures along each parameter.
 
 use super::Figure;
-use super::axis::{Axis, Frame};
-use super::canvas::{Canvas, Place, Stroke, Text};
-use super::contour::{Grid, around, label_place};
-use super::fonts::{self, Weight};
+use super::axis::{PlotAxis, PlotFrame};
+use super::canvas::{Canvas, CanvasText, PixelPoint, Stroke};
+use super::contour::{ValueGrid, around, label_place};
+use super::fonts::{self, FontWeight};
 use super::legend::{Legend, Swatch};
 use super::page::{MARGIN, Page};
 use super::style::{BLUE, DASHED, INK, Marker, Quantity, Rgb, VERMILLION, number, series, size};
-use super::surface::Surface;
 use super::ticks::Range;
 use coldplate_base::error::{Error, Result};
 
@@ -69,10 +68,10 @@ impl ValleyFigure {
         Page::new(WIDTH, &self.title, &self.meaning, &self.notes)
     }
 
-    fn grid(&self) -> Result<Grid> {
+    fn grid(&self) -> Result<ValueGrid> {
         let z = (0..self.axes[1].len()).flat_map(|j| (0..self.axes[0].len()).map(move |i| (i, j)));
         let z = z.map(|(i, j)| self.misfit.get(i).and_then(|row| row.get(j)).copied().unwrap_or(f64::NAN)).collect();
-        Grid::new(self.axes[0].clone(), self.axes[1].clone(), z).map_err(|e| e.at_key(self.title.clone()))
+        ValueGrid::new(self.axes[0].clone(), self.axes[1].clone(), z).map_err(|e| e.at_key(self.title.clone()))
     }
 
     fn legend(&self) -> Legend {
@@ -84,13 +83,13 @@ impl ValleyFigure {
         legend
     }
 
-    fn frame(&self, top: f64) -> Frame {
+    fn frame(&self, top: f64) -> PlotFrame {
         let ends = |axis: &[f64]| Range { low: axis[0], high: axis[axis.len() - 1] };
-        let axis = |k: usize| Axis::linear(self.parameters[k].label(), ends(&self.axes[k]));
-        Frame::inside((MARGIN, top), (WIDTH - 2.0 * MARGIN, MAP), axis(0), axis(1))
+        let axis = |k: usize| PlotAxis::linear(self.parameters[k].label(), ends(&self.axes[k]));
+        PlotFrame::inside((MARGIN, top), (WIDTH - 2.0 * MARGIN, MAP), axis(0), axis(1))
     }
 
-    fn paint_map<S: Surface>(&self, canvas: &mut Canvas<S>, frame: &Frame) -> Result<()> {
+    fn paint_map(&self, canvas: &mut Canvas, frame: &PlotFrame) -> Result<()> {
         let grid = self.grid()?;
         for j in 0..grid.y.len() - 1 {
             for i in 0..grid.x.len() - 1 {
@@ -103,14 +102,14 @@ impl ValleyFigure {
             }
         }
         let bounds = (frame.left, frame.top, frame.right(), frame.bottom());
-        let mut labels: Vec<(Place, String)> = Vec::new();
+        let mut labels: Vec<(PixelPoint, String)> = Vec::new();
         let mut taken = Vec::new();
         for level in &self.levels {
             for line in grid.contour(*level) {
-                let places: Vec<Place> = line.points.iter().map(|p| frame.at(p.0, p.1)).collect();
+                let places: Vec<PixelPoint> = line.points.iter().map(|p| frame.at(p.0, p.1)).collect();
                 canvas.line(&places, Stroke::solid(INK, 0.9))?;
                 let text = number(*level);
-                let room = (fonts::width(&text, LABEL, Weight::Regular) + 6.0, LABEL * 1.15);
+                let room = (fonts::width(&text, LABEL, FontWeight::Regular) + 6.0, LABEL * 1.15);
                 if let Some(at) = label_place(&places, room, bounds, &taken) {
                     taken.push(around(at, room));
                     labels.push((at, text));
@@ -118,7 +117,7 @@ impl ValleyFigure {
             }
         }
         for (at, text) in &labels {
-            canvas.plate(*at, &Text::new(text).size(LABEL))?;
+            canvas.plate(*at, &CanvasText::new(text).size(LABEL))?;
         }
         for (i, (_, [x, y])) in self.marks.iter().enumerate() {
             let (marker, colour) = MARKS[i % MARKS.len()];
@@ -129,7 +128,7 @@ impl ValleyFigure {
         frame.paint_axes(canvas)
     }
 
-    fn paint_traces<S: Surface>(&self, canvas: &mut Canvas<S>, top: f64, k: usize) -> Result<()> {
+    fn paint_traces(&self, canvas: &mut Canvas, top: f64, k: usize) -> Result<()> {
         let width = (WIDTH - 3.0 * MARGIN) / 2.0;
         let left = MARGIN + k as f64 * (width + MARGIN);
         let values = |t: &Trace| t.predicted.iter().copied().chain([t.measured]).filter(|v| v.is_finite()).collect::<Vec<_>>();
@@ -144,17 +143,17 @@ impl ValleyFigure {
         }
         legend.paint_running(canvas, (left, top), width)?;
         let below = legend.running_height(width) + 6.0;
-        let frame = Frame::inside(
+        let frame = PlotFrame::inside(
             (left, top + below),
             (width, CURVES - below),
-            Axis::linear(self.parameters[k].label(), x),
-            Axis::linear("temperature [°C]", y.padded(0.05)),
+            PlotAxis::linear(self.parameters[k].label(), x),
+            PlotAxis::linear("temperature [°C]", y.padded(0.05)),
         );
         frame.paint_grid(canvas)?;
         for (i, trace) in self.traces[k].iter().enumerate() {
             let style = series(i);
             let points = self.axes[k].iter().zip(&trace.predicted).filter(|(_, t)| t.is_finite() && **t <= frame.y.range.high);
-            let places: Vec<Place> = points.map(|(x, t)| frame.at(*x, *t)).collect();
+            let places: Vec<PixelPoint> = points.map(|(x, t)| frame.at(*x, *t)).collect();
             canvas.line(&places, Stroke { colour: style.colour, width: 2.0, dash: style.dash })?;
             let level = [frame.at(x.low, trace.measured), frame.at(x.high, trace.measured)];
             canvas.line(&level, Stroke { colour: style.colour, width: 1.0, dash: DASHED })?;
@@ -176,7 +175,7 @@ impl Figure for ValleyFigure {
         Ok((WIDTH, page.top() + self.legend().running_height(page.room()) + 8.0 + MAP + CURVES + 16.0 + page.bottom()))
     }
 
-    fn paint<S: Surface>(&self, canvas: &mut Canvas<S>) -> Result<()> {
+    fn paint(&self, canvas: &mut Canvas) -> Result<()> {
         let (page, legend) = (self.page(), self.legend());
         legend.paint_running(canvas, (MARGIN, page.top()), page.room())?;
         let top = page.top() + legend.running_height(page.room()) + 8.0;

@@ -6,9 +6,10 @@ use plotters::backend::{DrawingBackend, SVGBackend};
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{Color, FontDesc, FontFamily, FontStyle, FontTransform, RGBAColor, RGBColor, ShapeStyle, TextStyle};
 
-use super::fonts::{self, FAMILY, Weight};
+use super::canvas::PixelSize;
+use super::fonts::{self, FAMILY, FontWeight};
 use super::style::Rgb;
-use super::surface::{Anchor, Lettering, Pixel, Surface};
+use super::surface::{Anchor, DrawingSurface, Lettering, Pixel};
 use coldplate_base::error::{Error, Result};
 
 /// Units of the view box per CSS pixel. Chosen: plotters' coordinates are whole numbers, and a curve needs finer
@@ -38,7 +39,7 @@ impl<'a> Vector<'a> {
     ///
     /// # Errors
     /// If the embedded font cannot be read.
-    pub fn new(markup: &'a mut String, (width, height): (f64, f64)) -> Result<Self> {
+    pub fn new(markup: &'a mut String, (width, height): PixelSize) -> Result<Self> {
         fonts::register()?;
         let units = |length: f64| (length * SCALE).round() as u32;
         Ok(Self { backend: SVGBackend::with_string(markup, (units(width), units(height))), lengths: Vec::new() })
@@ -54,7 +55,7 @@ impl<'a> Vector<'a> {
     }
 }
 
-impl Surface for Vector<'_> {
+impl DrawingSurface for Vector<'_> {
     fn scale(&self) -> f64 {
         SCALE
     }
@@ -75,7 +76,7 @@ impl Surface for Vector<'_> {
     }
 
     fn text(&mut self, at: Pixel, lettering: &Lettering) -> Result<()> {
-        let weight = if lettering.weight == Weight::Bold { FontStyle::Bold } else { FontStyle::Normal };
+        let weight = if lettering.weight == FontWeight::Bold { FontStyle::Bold } else { FontStyle::Normal };
         let turn = if lettering.upwards { FontTransform::Rotate270 } else { FontTransform::None };
         let font = FontDesc::new(FontFamily::Name(FAMILY), lettering.size * PLOTTERS_EM, weight).transform(turn);
         let across = match lettering.anchor {
@@ -93,7 +94,7 @@ impl Surface for Vector<'_> {
 
 /// plotters' markup made ready for readers: its size in CSS pixels over the finer view box, a title,
 /// and on every text its length, so that no substitute font can make it overlap or be clipped.
-pub fn finish(markup: &str, title: &str, (width, height): (f64, f64), lengths: &[f64]) -> String {
+pub fn finish(markup: &str, title: &str, (width, height): PixelSize, lengths: &[f64]) -> String {
     let mut out = String::with_capacity(markup.len() + 64 * lengths.len());
     let body = markup.split_once('>').map_or("", |(_, body)| body);
     let _ = write!(

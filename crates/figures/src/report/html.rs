@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::{Align, Block, Cell, KeyFigure, Report, Section, Table, Tone};
+use super::{Align, Block, KeyFigure, Report, ReportSection, ReportTable, TableCell, Tone};
 use crate::chart::escape;
 
 /// Style sheet of the page.
@@ -53,7 +53,7 @@ fn text(raw: &str) -> String {
 }
 
 /// A name for the section that can stand in a link, the same in every run.
-fn anchor(index: usize, section: &Section) -> String {
+fn anchor(index: usize, section: &ReportSection) -> String {
     let words: String = section.title.chars().map(|c| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '-' }).collect();
     let words: Vec<&str> = words.split('-').filter(|w| !w.is_empty()).collect();
     format!("s{}-{}", index + 1, words.join("-"))
@@ -126,7 +126,7 @@ fn key_figures(out: &mut String, figures: &[KeyFigure]) {
     out.push_str("</div>\n");
 }
 
-fn folded_table(out: &mut String, table: &Table) {
+fn folded_table(out: &mut String, table: &ReportTable) {
     match &table.folded {
         Some(summary) => {
             let _ = writeln!(out, "<details>\n<summary>{}</summary>", text(summary));
@@ -137,7 +137,7 @@ fn folded_table(out: &mut String, table: &Table) {
     }
 }
 
-fn plain_table(out: &mut String, table: &Table) {
+fn plain_table(out: &mut String, table: &ReportTable) {
     // Wide tables scroll by themselves instead of widening the page, by keyboard too.
     out.push_str("<div class=\"wide\" tabindex=\"0\"><table>\n");
     if !table.caption.is_empty() {
@@ -160,9 +160,9 @@ fn plain_table(out: &mut String, table: &Table) {
     out.push_str("</table></div>\n");
 }
 
-fn cells(out: &mut String, table: &Table, row: &[Cell]) {
+fn cells(out: &mut String, table: &ReportTable, row: &[TableCell]) {
     out.push_str("<tr>");
-    let empty = Cell::default();
+    let empty = TableCell::default();
     for (index, (_, align)) in table.columns.iter().enumerate() {
         let cell = row.get(index).unwrap_or(&empty);
         let tone = if cell.tone == Tone::Plain { String::new() } else { format!(" {}", class(cell.tone)) };

@@ -4,15 +4,15 @@
 //! style sheet that follows the reader's light or dark setting and prints well. Every text is escaped.
 //!
 //! ```
-//! use crate::report::{Align, Cell, KeyFigure, Report, Table, Tone};
+//! use coldplate_figures::report::{Align, KeyFigure, Report, ReportTable, TableCell, Tone};
 //! let mut report = Report::new("Five-axis machine");
 //! report.subtitle("200 runs at 120,000 cells");
 //! report
 //!     .section("Summary")
 //!     .key_figures([KeyFigure::new("17.2 mK", "largest held-out error").tone(Tone::Good)])
 //!     .paragraph("Heat in and out agree to 3e-11.");
-//! let mut table = Table::new([("sensor", Align::Left), ("measured [°C]", Align::Right), ("predicted [°C]", Align::Right)]);
-//! table.row(["Y bearing seat".into(), Cell::number(26.6, 1), Cell::number(25.43, 2)]);
+//! let mut table = ReportTable::new([("sensor", Align::Left), ("measured [°C]", Align::Right), ("predicted [°C]", Align::Right)]);
+//! table.row(["Y bearing seat".into(), TableCell::number(26.6, 1), TableCell::number(25.43, 2)]);
 //! report.section("Predicted beside measured").table(table);
 //! assert!(report.to_html().contains("<td class=\"right\">25.43</td>"));
 //! ```
@@ -22,7 +22,7 @@ mod table;
 
 use std::path::Path;
 
-pub use table::{Align, Cell, Table};
+pub use table::{Align, ReportTable, TableCell};
 
 use crate::chart::{Figure, to_svg_string};
 use coldplate_base::atomic_file;
@@ -74,7 +74,7 @@ enum Block {
     Paragraph(String),
     List(Vec<String>),
     Facts(Vec<(String, String)>),
-    Table(Table),
+    Table(ReportTable),
     Svg { markup: String, caption: String },
     KeyFigures(Vec<KeyFigure>),
     Note(Tone, String),
@@ -84,12 +84,12 @@ enum Block {
 
 /// A section under its own heading. Every method adds one piece and returns the section again.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Section {
+pub struct ReportSection {
     title: String,
     blocks: Vec<Block>,
 }
 
-impl Section {
+impl ReportSection {
     fn add(&mut self, block: Block) -> &mut Self {
         self.blocks.push(block);
         self
@@ -118,7 +118,7 @@ impl Section {
     }
 
     /// A table.
-    pub fn table(&mut self, table: Table) -> &mut Self {
+    pub fn table(&mut self, table: ReportTable) -> &mut Self {
         self.add(Block::Table(table))
     }
 
@@ -139,8 +139,8 @@ impl Section {
     }
 
     /// Hides pieces behind this line until the reader opens it; they are printed. None adds nothing.
-    pub fn folded(&mut self, summary: impl Into<String>, fill: impl FnOnce(&mut Section)) -> &mut Self {
-        let mut inside = Section::default();
+    pub fn folded(&mut self, summary: impl Into<String>, fill: impl FnOnce(&mut ReportSection)) -> &mut Self {
+        let mut inside = ReportSection::default();
         fill(&mut inside);
         if inside.blocks.is_empty() { self } else { self.add(Block::Folded(summary.into(), inside.blocks)) }
     }
@@ -149,7 +149,7 @@ impl Section {
     ///
     /// # Errors
     /// Errors of [`to_svg_string`].
-    pub fn figure<F: Figure>(&mut self, figure: &F, caption: impl Into<String>) -> Result<&mut Self> {
+    pub fn figure(&mut self, figure: &dyn Figure, caption: impl Into<String>) -> Result<&mut Self> {
         let markup = to_svg_string(figure)?;
         Ok(self.svg(markup, caption))
     }
@@ -165,7 +165,7 @@ impl Section {
 pub struct Report {
     title: String,
     subtitle: String,
-    sections: Vec<Section>,
+    sections: Vec<ReportSection>,
     footer: String,
 }
 
@@ -188,9 +188,9 @@ impl Report {
     }
 
     /// Begins a section; it is listed in the contents.
-    pub fn section(&mut self, title: impl Into<String>) -> &mut Section {
+    pub fn section(&mut self, title: impl Into<String>) -> &mut ReportSection {
         let at = self.sections.len();
-        self.sections.push(Section { title: title.into(), blocks: Vec::new() });
+        self.sections.push(ReportSection { title: title.into(), blocks: Vec::new() });
         &mut self.sections[at]
     }
 

@@ -17,14 +17,14 @@ pub enum Align {
 
 /// One cell.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Cell {
+pub struct TableCell {
     /// Text of the cell.
     pub text: String,
     /// Colour of the cell.
     pub tone: Tone,
 }
 
-impl Cell {
+impl TableCell {
     /// A number with this many decimals; a dash where it is not finite.
     pub fn number(value: f64, decimals: usize) -> Self {
         fixed(value, decimals).into()
@@ -43,7 +43,7 @@ impl Cell {
     }
 }
 
-impl<T: Into<String>> From<T> for Cell {
+impl<T: Into<String>> From<T> for TableCell {
     fn from(text: T) -> Self {
         Self { text: text.into(), tone: Tone::Plain }
     }
@@ -51,28 +51,28 @@ impl<T: Into<String>> From<T> for Cell {
 
 /// A table: columns with their alignment, and rows.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Table {
+pub struct ReportTable {
     pub(super) columns: Vec<(String, Align)>,
-    pub(super) rows: Vec<Vec<Cell>>,
-    pub(super) total: Option<Vec<Cell>>,
+    pub(super) rows: Vec<Vec<TableCell>>,
+    pub(super) total: Option<Vec<TableCell>>,
     pub(super) caption: String,
     pub(super) folded: Option<String>,
 }
 
-impl Table {
+impl ReportTable {
     /// An empty table with these columns.
     pub fn new<T: Into<String>>(columns: impl IntoIterator<Item = (T, Align)>) -> Self {
         Self { columns: columns.into_iter().map(|(title, align)| (title.into(), align)).collect(), ..Self::default() }
     }
 
     /// Adds a row; missing cells are left empty, cells beyond the last column are left out.
-    pub fn row(&mut self, cells: impl IntoIterator<Item = Cell>) -> &mut Self {
+    pub fn row(&mut self, cells: impl IntoIterator<Item = TableCell>) -> &mut Self {
         self.rows.push(cells.into_iter().collect());
         self
     }
 
     /// The last row, set apart: sums.
-    pub fn total(&mut self, cells: impl IntoIterator<Item = Cell>) -> &mut Self {
+    pub fn total(&mut self, cells: impl IntoIterator<Item = TableCell>) -> &mut Self {
         self.total = Some(cells.into_iter().collect());
         self
     }

@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 use super::deck::{Deck, Kind, Set, Weights};
 use coldplate_base::error::{Error, Result};
 use coldplate_describe::machine::Side;
-use coldplate_network::mesh::grid::{Frame, Grid};
+use coldplate_network::mesh::grid::{Grid, LocalFrame};
 use coldplate_solve::meshed::MeshedMachine;
 
 /// Corners of a cell in the order of CalculiX: which ones lie at the high end of each axis.
@@ -192,7 +192,7 @@ fn stretch(angle: f64) -> f64 {
 
 /// Whether a grid reaches the axis of a cylinder.
 fn has_axis(grid: &Grid) -> bool {
-    matches!(grid.frame, Frame::Cylindrical { .. }) && grid.edges[0][0] == 0.0
+    matches!(grid.frame, LocalFrame::Cylindrical { .. }) && grid.edges[0][0] == 0.0
 }
 
 /// Adds a weight to those of a node.

@@ -24,7 +24,7 @@ mod refused;
 mod text;
 mod water;
 
-pub use points::Point;
+pub use points::DeckPoint;
 
 use coldplate_base::error::Result;
 use coldplate_describe::machine::Condition;
@@ -40,7 +40,7 @@ pub struct InputDeck {
     /// Elements in it.
     pub elements: usize,
     /// The node of each sensor, in the machine's order.
-    pub points: Vec<Point>,
+    pub points: Vec<DeckPoint>,
 }
 
 impl InputDeck {

@@ -7,7 +7,7 @@ use super::deck::{Deck, Weights};
 use super::lumped::Lumped;
 use super::water::Ends;
 use coldplate_base::error::{Error, Result};
-use coldplate_describe::machine::{Reading, Sensor};
+use coldplate_describe::machine::{Sensor, SensorReading};
 use coldplate_solve::meshed::MeshedMachine;
 
 /// Most nodes that a mean may be taken over, a count: each is joined to each in the matrix. Chosen: size of the matrix against sensors
@@ -18,7 +18,7 @@ const AREA: f64 = 1e-6;
 
 /// A sensor in the results.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Point {
+pub struct DeckPoint {
     /// Name of the sensor.
     pub sensor: String,
     /// The node that has its temperature.
@@ -29,12 +29,12 @@ pub struct Point {
 ///
 /// # Errors
 /// A sensor reads a quantity or place that the deck does not have.
-pub(super) fn add(model: &MeshedMachine, bodies: &Bodies<'_>, water: &[Ends], lumped: &Lumped, deck: &mut Deck) -> Result<Vec<Point>> {
+pub(super) fn add(model: &MeshedMachine, bodies: &Bodies<'_>, water: &[Ends], lumped: &Lumped, deck: &mut Deck) -> Result<Vec<DeckPoint>> {
     let point = |sensor: &Sensor| {
         let node = match &sensor.reads {
-            Reading::Inlet(s) => water[*s].inlet,
-            Reading::Outlet(s) => water[*s].outlet,
-            Reading::Node(n) => {
+            SensorReading::Inlet(s) => water[*s].inlet,
+            SensorReading::Outlet(s) => water[*s].outlet,
+            SensorReading::Node(n) => {
                 let own = lumped.get((model.mesh.cells + n) as u32);
                 own.ok_or_else(|| not_there(sensor, "a node that is not in the deck"))?.0
             }
@@ -49,23 +49,23 @@ pub(super) fn add(model: &MeshedMachine, bodies: &Bodies<'_>, water: &[Ends], lu
                 deck.place(at, AREA, &weights).1
             }
         };
-        Ok(Point { sensor: sensor.name.clone(), node })
+        Ok(DeckPoint { sensor: sensor.name.clone(), node })
     };
     model.machine.sensors.iter().filter(|sensor| !sensor.reads.is_displacement()).map(point).collect()
 }
 
 /// Place of a sensor, and the nodes that it reads.
-fn place(model: &MeshedMachine, bodies: &Bodies<'_>, sensor: &Sensor, reads: &Reading) -> Result<([f64; 3], Weights)> {
+fn place(model: &MeshedMachine, bodies: &Bodies<'_>, sensor: &Sensor, reads: &SensorReading) -> Result<([f64; 3], Weights)> {
     let mesh = &model.mesh;
     let mut weights = Weights::new();
     let mut add = |share: f64, own: Weights| own.into_iter().for_each(|(node, weight)| add_weight(&mut weights, node, weight * share));
     let at = match reads {
-        Reading::Point(part, point) => {
+        SensorReading::Point(part, point) => {
             let g = mesh.grid_at(*part, *point, 1e-6).ok_or_else(|| not_there(sensor, "a point outside of its part"))?;
             add(1.0, bodies.at(g, mesh.grids[g].locate(*point), *point));
             *point
         }
-        Reading::FaceMean(face) => {
+        SensorReading::FaceMean(face) => {
             let cells = mesh.face_cells(*face);
             let area: f64 = cells.iter().map(|c| c.2).sum();
             for (g, c, own) in &cells {
@@ -73,7 +73,7 @@ fn place(model: &MeshedMachine, bodies: &Bodies<'_>, sensor: &Sensor, reads: &Re
             }
             model.machine.parts[face.part].origin()
         }
-        Reading::PartMean(part) => {
+        SensorReading::PartMean(part) => {
             let volume = mesh.volume(*part);
             for (g, grid) in mesh.grids_of(*part) {
                 for c in grid.cells() {
@@ -82,7 +82,7 @@ fn place(model: &MeshedMachine, bodies: &Bodies<'_>, sensor: &Sensor, reads: &Re
             }
             model.machine.parts[*part].origin()
         }
-        Reading::Node(_) | Reading::Inlet(_) | Reading::Outlet(_) | Reading::Displacement(_) => {
+        SensorReading::Node(_) | SensorReading::Inlet(_) | SensorReading::Outlet(_) | SensorReading::Displacement(_) => {
             return Err(not_there(sensor, "no place in a part"));
         }
     };

@@ -5,11 +5,11 @@ use std::fmt::Write as _;
 
 use super::crossings::{BOND_CONDUCTIVITY, CONTACT_CONDUCTIVITY};
 use super::deck::{Deck, Element, Kind, Set, Sink};
-use super::points::Point;
+use super::points::DeckPoint;
 use super::water::SPECIFIC_HEAT;
 use coldplate_base::units::{ZERO_CELSIUS, celsius};
 use coldplate_describe::machine::{Condition, Machine, Property};
-use coldplate_network::mesh::grid::Frame;
+use coldplate_network::mesh::grid::LocalFrame;
 use coldplate_physics::radiation::SIGMA;
 use coldplate_solve::meshed::{MeshedMachine, SteadyState};
 
@@ -25,7 +25,7 @@ const DENSITY: f64 = 1000.0;
 const CONVERGED: &str = "1.E-8, 1.E-8, 1.E-8";
 
 /// Writes the deck. Comments begin with two stars.
-pub(super) fn text(model: &MeshedMachine, condition: &Condition, state: &SteadyState, deck: &Deck, points: &[Point]) -> String {
+pub(super) fn text(model: &MeshedMachine, condition: &Condition, state: &SteadyState, deck: &Deck, points: &[DeckPoint]) -> String {
     let mut out = header(model, condition, state, points);
     cards(&mut out, "NODE, NSET=ALL", deck.nodes.iter().enumerate().map(|(n, p)| format!("{}, {}", n + 1, p.map(number).join(", "))));
     elements(&mut out, &deck.elements);
@@ -75,7 +75,7 @@ fn number(value: f64) -> String {
     format!("{value:.12e}")
 }
 
-fn header(model: &MeshedMachine, condition: &Condition, state: &SteadyState, points: &[Point]) -> String {
+fn header(model: &MeshedMachine, condition: &Condition, state: &SteadyState, points: &[DeckPoint]) -> String {
     let machine = &model.machine;
     let mut out =
         format!("** {}, steady temperatures. Written by coldplate {}.\n", machine.name.replace('\n', " "), env!("CARGO_PKG_VERSION"));
@@ -158,7 +158,7 @@ fn sections(out: &mut String, model: &MeshedMachine, deck: &Deck) {
         let material = model.machine.parts[grid.part].material;
         let [x, y, z] = &model.machine.materials[material].conductivity;
         let mut orientation = String::new();
-        if let (Frame::Cylindrical { .. }, false) = (grid.frame, x == y && y == z) {
+        if let (LocalFrame::Cylindrical { .. }, false) = (grid.frame, x == y && y == z) {
             // Two points on the axis; the local axes are then radius, angle and axis.
             let on_axis = |s: f64| grid.to_machine([0.0, 0.0, s]).map(number).join(", ");
             let ends = [grid.edges[2][0], grid.edges[2][grid.n(2)]].map(on_axis);

@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use super::bodies::{Bodies, add as add_weight};
 use super::deck::{Deck, FilmCard, Kind, OUTSIDE, Set, Sink, Weights};
 use coldplate_describe::machine::{Channel, Side};
-use coldplate_network::mesh::path::{self, Piece, Station};
+use coldplate_network::mesh::path::{self, ChannelPiece, Station};
 use coldplate_network::{Stream, StreamState};
 use coldplate_solve::meshed::{MeshedMachine, SteadyState};
 
@@ -103,7 +103,7 @@ struct Wall {
     shape: f64,
 }
 
-fn walls(model: &MeshedMachine, bodies: &Bodies<'_>, channel: &Channel, stream: &Stream, pieces: &[Piece]) -> Vec<Wall> {
+fn walls(model: &MeshedMachine, bodies: &Bodies<'_>, channel: &Channel, stream: &Stream, pieces: &[ChannelPiece]) -> Vec<Wall> {
     if channel.is_bore {
         return stream.stations.iter().map(|station| bore(bodies, station)).collect();
     }
@@ -127,7 +127,7 @@ fn bore(bodies: &Bodies<'_>, station: &Station) -> Wall {
 
 /// A wall through the cells of a block: points around the axis have the temperatures that the shape functions give them. They
 /// stand for a distance from the axis, the mean of the logarithms of the distances between the nodes that have a weight.
-fn around(model: &MeshedMachine, bodies: &Bodies<'_>, channel: &Channel, piece: &Piece) -> Wall {
+fn around(model: &MeshedMachine, bodies: &Bodies<'_>, channel: &Channel, piece: &ChannelPiece) -> Wall {
     let rings = piece.wall(channel.diameter);
     let samples: usize = rings.iter().map(|(_, points)| points.len()).sum();
     let mut weights = Weights::new();

@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
-use super::super::figures::{self, Lines};
+use super::super::figures::{self, ContourQuantity};
 use super::super::gallery::Gallery;
 use super::Head;
 use super::results::Results;
-use super::source::{Source, held, variable};
+use super::source::{SurrogateSource, held, variable};
 use coldplate_base::document::Section;
 use coldplate_base::error::Result;
-use coldplate_figures::chart::acceptability::Here;
+use coldplate_figures::chart::acceptability::MarkedCondition;
 
 /// Names of the quantities that contour lines may show.
 const LINES: [&str; 2] = ["margin", "probability"];
@@ -18,20 +18,24 @@ const LINES: [&str; 2] = ["margin", "probability"];
 /// `label`) and `lines` (`margin` or `probability`).
 #[derive(Debug, Clone)]
 pub(super) struct Acceptability {
-    source: Source,
+    source: SurrogateSource,
     label: String,
-    lines: Lines,
+    lines: ContourQuantity,
 }
 
 impl Acceptability {
     pub(super) fn read(root: &Section<'_>, folder: &Path) -> Result<Self> {
-        let source = Source::read(root, folder)?;
+        let source = SurrogateSource::read(root, folder)?;
         for key in ["across", "up"] {
             root.text(key)?;
         }
         root.opt_section("hold")?;
         root.opt_section("mark")?;
-        let lines = if root.has("lines") { [Lines::Margin, Lines::Probability][root.choice("lines", &LINES)?] } else { Lines::Margin };
+        let lines = if root.has("lines") {
+            [ContourQuantity::Margin, ContourQuantity::Probability][root.choice("lines", &LINES)?]
+        } else {
+            ContourQuantity::Margin
+        };
         Ok(Self { source, label: root.opt_text("label")?.unwrap_or_else(|| "marked condition".into()), lines })
     }
 
@@ -43,7 +47,7 @@ impl Acceptability {
         let middle = figures::centre(&surrogate);
         let x: Vec<f64> = held(&root, "hold", &surrogate)?.into_iter().zip(middle).map(|(x, middle)| x.unwrap_or(middle)).collect();
         let mark = held(&root, "mark", &surrogate)?;
-        let here = mark[across].zip(mark[up]).map(|(x, y)| Here { x, y, label: self.label.clone() });
+        let here = mark[across].zip(mark[up]).map(|(x, y)| MarkedCondition { x, y, label: self.label.clone() });
         let mut map = figures::map(&surrogate, across, up, &x, here, self.lines).map_err(|e| head.place(e, "across"))?;
         map.title = head.title(map.title);
         map.notes = head.notes(map.notes);

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::super::gallery::Gallery;
 use super::super::{TARGET, figures};
 use super::results::Results;
-use super::source::{Opened, Source};
+use super::source::{Opened, SurrogateSource};
 use super::{Head, chosen};
 use coldplate_base::document::Section;
 use coldplate_base::error::Result;
@@ -13,19 +13,19 @@ use coldplate_base::error::Result;
 /// Predicted over simulated. Keys: `points` (default: the one with the largest error).
 #[derive(Debug, Clone)]
 pub(super) struct Parity {
-    source: Source,
+    source: SurrogateSource,
 }
 
 /// Residuals over the prediction and every variable. Keys: those of [`Parity`].
 #[derive(Debug, Clone)]
 pub(super) struct Residuals {
-    source: Source,
+    source: SurrogateSource,
 }
 
 /// Errors of every point on one axis. No keys but those of its source.
 #[derive(Debug, Clone)]
 pub(super) struct Errors {
-    source: Source,
+    source: SurrogateSource,
 }
 
 /// The points asked for, or the worst.
@@ -47,7 +47,7 @@ fn nothing(head: &Head) -> coldplate_base::error::Error {
 impl Parity {
     pub(super) fn read(root: &Section<'_>, folder: &Path) -> Result<Self> {
         root.opt_texts("points")?;
-        Ok(Self { source: Source::read(root, folder)? })
+        Ok(Self { source: SurrogateSource::read(root, folder)? })
     }
 
     pub(super) fn draw(&self, head: &Head, results: &mut Results<'_>, gallery: &mut Gallery) -> Result<()> {
@@ -65,7 +65,7 @@ impl Parity {
 impl Residuals {
     pub(super) fn read(root: &Section<'_>, folder: &Path) -> Result<Self> {
         root.opt_texts("points")?;
-        Ok(Self { source: Source::read(root, folder)? })
+        Ok(Self { source: SurrogateSource::read(root, folder)? })
     }
 
     pub(super) fn draw(&self, head: &Head, results: &mut Results<'_>, gallery: &mut Gallery) -> Result<()> {
@@ -83,7 +83,7 @@ impl Residuals {
 
 impl Errors {
     pub(super) fn read(root: &Section<'_>, folder: &Path) -> Result<Self> {
-        Ok(Self { source: Source::read(root, folder)? })
+        Ok(Self { source: SurrogateSource::read(root, folder)? })
     }
 
     pub(super) fn draw(&self, head: &Head, results: &mut Results<'_>, gallery: &mut Gallery) -> Result<()> {

@@ -6,7 +6,7 @@ use super::super::figures;
 use super::super::gallery::Gallery;
 use super::Head;
 use super::results::Results;
-use super::source::{Opened, Source, held, variable};
+use super::source::{Opened, SurrogateSource, held, variable};
 use coldplate_base::document::Section;
 use coldplate_base::error::{Error, Result};
 use coldplate_figures::chart::borders::BordersFigure;
@@ -15,13 +15,13 @@ use coldplate_figures::chart::borders::BordersFigure;
 /// (others stand at the middle of the first one's range).
 #[derive(Debug, Clone)]
 pub(super) struct Borders {
-    models: Vec<(String, Source)>,
+    models: Vec<(String, SurrogateSource)>,
 }
 
 impl Borders {
     pub(super) fn read(root: &Section<'_>, folder: &Path) -> Result<Self> {
         let section = root.section("surrogates")?;
-        let models = section.keys().map(|name| Ok((name.to_owned(), Source::at(folder.join(section.text(name)?)))));
+        let models = section.keys().map(|name| Ok((name.to_owned(), SurrogateSource::at(folder.join(section.text(name)?)))));
         let models = models.collect::<Result<Vec<_>>>()?;
         if models.is_empty() {
             return Err(root
@@ -49,7 +49,8 @@ impl Borders {
             if !same {
                 return Err(Error::input(format!("'{name}' has other variables than the first")).at_key("surrogates"));
             }
-            let map = figures::map(surrogate, across, up, &x, None, figures::Lines::Margin).map_err(|e| head.place(e, "across"))?;
+            let map =
+                figures::map(surrogate, across, up, &x, None, figures::ContourQuantity::Margin).map_err(|e| head.place(e, "across"))?;
             whole.add(name, map);
         }
         whole.title = head.title("Which conditions are acceptable, model by model");

@@ -9,8 +9,8 @@ use super::{Head, chosen};
 use coldplate_base::document::Section;
 use coldplate_base::error::{Error, Result};
 use coldplate_base::units::{Celsius, Kelvin, Measurand};
-use coldplate_describe::machine::{Face, Machine, Reading};
-use coldplate_figures::chart::machine::{MachineFigure, Piece, Pipe, Probe, View};
+use coldplate_describe::machine::{Face, Machine, SensorReading};
+use coldplate_figures::chart::machine::{MachineFigure, Pipe, Probe, SurfacePiece, View};
 use coldplate_figures::chart::style::Quantity;
 use coldplate_solve::meshed::MeshedMachine;
 use coldplate_tables::Table;
@@ -55,7 +55,7 @@ impl MachinePicture {
         let hull = model.mesh.hull(self.detail);
         let pieces = hull.into_iter().filter(|f| parts.contains(&f.part)).map(|facet| {
             let mean = facet.nodes.iter().map(|n| temperatures[*n]).sum::<f64>() / facet.nodes.len().max(1) as f64;
-            Piece {
+            SurfacePiece {
                 body: facet.body,
                 corners: facet.corners,
                 edges: facet.edges,
@@ -114,13 +114,13 @@ fn place_of(model: &MeshedMachine, machine: &Machine, sensor: usize) -> Option<(
         end(&channel.path).map(|at| (Some(channel.part), *at))
     };
     match &machine.sensors[sensor].reads {
-        Reading::Point(part, at) => Some((Some(*part), *at)),
-        Reading::FaceMean(face) => Some((Some(face.part), on_face(model, *face)?)),
-        Reading::PartMean(part) => Some((Some(*part), centre(model, *part)?)),
-        Reading::Displacement(own) => Some((Some(own.of.0), own.of.1)),
-        Reading::Node(_) => None,
-        Reading::Inlet(c) => channel(*c, |path| path.first()),
-        Reading::Outlet(c) => channel(*c, |path| path.last()),
+        SensorReading::Point(part, at) => Some((Some(*part), *at)),
+        SensorReading::FaceMean(face) => Some((Some(face.part), on_face(model, *face)?)),
+        SensorReading::PartMean(part) => Some((Some(*part), centre(model, *part)?)),
+        SensorReading::Displacement(own) => Some((Some(own.of.0), own.of.1)),
+        SensorReading::Node(_) => None,
+        SensorReading::Inlet(c) => channel(*c, |path| path.first()),
+        SensorReading::Outlet(c) => channel(*c, |path| path.last()),
     }
 }
 
@@ -160,7 +160,7 @@ fn centre(model: &MeshedMachine, part: usize) -> Option<[f64; 3]> {
 mod tests {
     use super::*;
     use coldplate_base::document::Document;
-    use coldplate_solve::sensitivity::Study;
+    use coldplate_solve::study::Study;
 
     /// A plate, a cover of two boxes over it, and a pin along x.
     const MACHINE: &str = r#"

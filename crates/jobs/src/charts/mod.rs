@@ -2,12 +2,13 @@
 //! variables, at which held conditions.
 //!
 //! Every kind of figure is one file in this folder, with its keys and its drawing. A new kind is a file and its line
-//! in the list of `kinds!`; `docs/charts.md` has the keys.
+//! in the list of `kinds!`; `docs/how-to/charts.md` has the keys.
 
 mod acceptability;
 mod accuracy;
 mod borders;
 mod heat;
+pub mod history;
 pub mod limits;
 mod machine;
 mod measured;
@@ -195,11 +196,11 @@ impl Head {
     }
 
     /// Draws a figure in the size asked for.
-    fn add<F: Figure>(&self, gallery: &mut Gallery, figure: &F) -> Result<()> {
+    fn add(&self, gallery: &mut Gallery, figure: &dyn Figure) -> Result<()> {
         self.add_as(gallery, &self.name, figure)
     }
 
-    fn add_as<F: Figure>(&self, gallery: &mut Gallery, name: &str, figure: &F) -> Result<()> {
+    fn add_as(&self, gallery: &mut Gallery, name: &str, figure: &dyn Figure) -> Result<()> {
         match self.width {
             Some(width) => gallery.add(name, self.topic, &Resized { figure, width }),
             None => gallery.add(name, self.topic, figure),

@@ -46,7 +46,7 @@ impl Samples {
                 degree: root.opt_integer("degree", 0)?.unwrap_or(2),
             }),
             None => Err(root
-                .error("the chart names no source")
+                .error("the chart does not name its source of numbers")
                 .help("add sweep = \"../sweeps/NAME.toml\" with group = \"...\", or table = \"FILE.csv\" with variable = \"...\"")),
         }
     }

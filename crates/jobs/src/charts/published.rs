@@ -13,7 +13,7 @@ use coldplate_base::units::{dimension_of, express};
 use coldplate_figures::chart::page::fixed_conditions;
 use coldplate_figures::chart::panels::{Panel, PanelsFigure};
 use coldplate_figures::chart::style::Quantity;
-use coldplate_surrogate::fit::one_factor::OneFactor;
+use coldplate_surrogate::fit::one_factor::OneFactorFit;
 use coldplate_tables::{Column, Table};
 
 /// Largest distance of a printed curve from ours at which it is drawn, K. Chosen: further away it would hide all
@@ -62,7 +62,7 @@ impl Published {
         let mut panels = Vec::new();
         for polynomial in self.polynomials(head)? {
             let ours = table.column(&polynomial.sensor).map_err(|e| e.in_file(&self.fits))?;
-            let fit = OneFactor::fit(&x.values, &ours.values, degree)?;
+            let fit = OneFactorFit::fit(&x.values, &ours.values, degree)?;
             let line = |c: &[f64]| along.iter().map(|x| (*x, value(c, theirs.of(*x)))).collect::<Vec<_>>();
             let drawable = (value(&polynomial.printed, theirs.of(low)) - fit.value(low)).abs() < FAR;
             panels.push(Panel {

@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 use super::super::adaptive::{self, Ran};
-use super::super::designs::{Fitted, Tables, fit_designs};
+use super::super::designs::{DesignTables, FittedDesigns, fit_designs};
 use coldplate_base::error::{Error, Result};
 use coldplate_base::progress::Progress;
 use coldplate_describe::machine::Scope;
 use coldplate_explore::sweep::sweep_file::Sweep;
-use coldplate_explore::sweep::{Definition, Plan, SweepOptions};
-use coldplate_solve::sensitivity::Study;
+use coldplate_explore::sweep::{Plan, SweepDefinition, SweepOptions};
+use coldplate_solve::study::Study;
 use coldplate_tables::Table;
 
 /// Results of a sweep.
@@ -24,7 +24,7 @@ pub struct SweepResult {
     /// Every condition with its readings.
     pub table: Table,
     /// A surrogate of the sweep's designs; `None` if it varies one variable at a time only.
-    pub fitted: Option<Fitted>,
+    pub fitted: Option<FittedDesigns>,
 }
 
 /// Sweeps and machines that have been opened, so that several charts share them.
@@ -56,7 +56,7 @@ impl<'a> Results<'a> {
         if let Some(known) = self.sweeps.get(&key(path)) {
             return Ok(Rc::clone(known));
         }
-        let definition = Definition::read(path)?;
+        let definition = SweepDefinition::read(path)?;
         let scope = definition.scope(&[])?;
         let plan = definition.plan(&scope.variables)?;
         let folder = self.root.join(path.file_stem().unwrap_or("sweep".as_ref()));
@@ -65,7 +65,7 @@ impl<'a> Results<'a> {
             None => {
                 self.progress.say(&format!("{}: solving conditions that {} does not hold yet", path.display(), folder.display()));
                 let Ran { swept, fit, .. } = adaptive::run(&Sweep::open(path, None, &[])?, &folder, self.options, self.progress)?;
-                let tables = Tables::from(&swept);
+                let tables = DesignTables::from(&swept);
                 (swept.plan, tables, fit)
             }
         };
@@ -95,7 +95,7 @@ fn key(path: &Path) -> PathBuf {
 }
 
 /// The tables in `folder`, if they are of this machine and hold every condition of the plan.
-fn finished(folder: &Path, plan: &Plan, scope: &Scope) -> Result<Option<Tables>> {
+fn finished(folder: &Path, plan: &Plan, scope: &Scope) -> Result<Option<DesignTables>> {
     let path = folder.join("sweep.csv");
     // Only its rounds know whether an adaptive design is finished.
     if plan.growth.is_some() || !path.exists() {
@@ -111,5 +111,5 @@ fn finished(folder: &Path, plan: &Plan, scope: &Scope) -> Result<Option<Tables>>
     let beside = |name: &str| Some(folder.join(name)).filter(|path| path.exists()).map(Table::read).transpose();
     let (validation, slopes, followed) = (beside("validation.csv")?, beside("slopes.csv")?, beside("followed.csv")?);
     let rows = fitted.rows() + [&validation, &followed].into_iter().flatten().map(Table::rows).sum::<usize>();
-    Ok((rows == plan.conditions.len()).then_some(Tables { fitted, validation, slopes, followed }))
+    Ok((rows == plan.conditions.len()).then_some(DesignTables { fitted, validation, slopes, followed }))
 }

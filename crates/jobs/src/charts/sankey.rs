@@ -9,10 +9,10 @@ use super::results::Results;
 use super::state::State;
 use coldplate_base::document::Section;
 use coldplate_base::error::Result;
-use coldplate_figures::chart::sankey::{Band, SankeyFigure, Stage, Station, Total};
+use coldplate_figures::chart::sankey::{HeatBand, HeatStation, HeatTotal, SankeyFigure, Stage};
 use coldplate_figures::chart::style::number;
 use coldplate_solve::meshed::{MeshedMachine, NamedRoute, SteadyState};
-use coldplate_solve::routes::Stop;
+use coldplate_solve::routes::RouteEnd;
 
 /// Share of all heat below which stations are put together, if the definition does not say. Chosen: thinner bands
 /// cannot be told apart.
@@ -65,44 +65,44 @@ impl Ends {
         Self { held: held.map(|(node, _)| network.group[*node as usize] as usize).collect() }
     }
 
-    fn has(&self, stop: Stop) -> bool {
+    fn has(&self, stop: RouteEnd) -> bool {
         match stop {
-            Stop::Group(g) => self.held.contains(&g),
+            RouteEnd::Group(g) => self.held.contains(&g),
             _ => true,
         }
     }
 }
 
 /// All heat, bands included that are too thin to be drawn.
-fn total(routes: &[NamedRoute], ends: &Ends) -> Total {
+fn total(routes: &[NamedRoute], ends: &Ends) -> HeatTotal {
     let sum = |of: &dyn Fn(&NamedRoute) -> bool| routes.iter().filter(|r| of(r)).map(|r| r.watts).sum::<f64>();
-    let is_source = |r: &NamedRoute| matches!(r.from.stop, Stop::Source(_));
-    Total { made: sum(&is_source), entering: sum(&|r| ends.has(r.from.stop) && !is_source(r)), leaving: sum(&|r| ends.has(r.to.stop)) }
+    let is_source = |r: &NamedRoute| matches!(r.from.stop, RouteEnd::Source(_));
+    HeatTotal { made: sum(&is_source), entering: sum(&|r| ends.has(r.from.stop) && !is_source(r)), leaving: sum(&|r| ends.has(r.to.stop)) }
 }
 
 /// Stations and bands; small stations of one stage are put together, and far smaller ones left out.
-fn gathered(routes: &[NamedRoute], ends: &Ends, least: f64) -> (Vec<Station>, Vec<Band>) {
+fn gathered(routes: &[NamedRoute], ends: &Ends, least: f64) -> (Vec<HeatStation>, Vec<HeatBand>) {
     let made: f64 = routes.iter().filter(|r| ends.has(r.from.stop)).map(|r| r.watts).sum();
     // Heat through each end of the routes; water that warms one part and cools another is two stations.
-    let key = |stop: Stop, enters: bool| (stop, enters && ends.has(stop));
-    let mut through: BTreeMap<(Stop, bool), [f64; 2]> = BTreeMap::new();
+    let key = |stop: RouteEnd, enters: bool| (stop, enters && ends.has(stop));
+    let mut through: BTreeMap<(RouteEnd, bool), [f64; 2]> = BTreeMap::new();
     for route in routes {
         through.entry(key(route.from.stop, false)).or_default()[0] += route.watts;
         through.entry(key(route.to.stop, true)).or_default()[1] += route.watts;
     }
-    let stage = |(stop, enters): (Stop, bool)| match (ends.has(stop), enters) {
+    let stage = |(stop, enters): (RouteEnd, bool)| match (ends.has(stop), enters) {
         (false, _) => Stage::Part,
         (true, true) => Stage::Sink,
         (true, false) => Stage::Source,
     };
-    let is_large = |k: &(Stop, bool)| through.get(k).is_some_and(|[a, b]| a.max(*b) >= least * made);
+    let is_large = |k: &(RouteEnd, bool)| through.get(k).is_some_and(|[a, b]| a.max(*b) >= least * made);
     // A small station that is alone in its stage keeps its name.
     let is_seen = |watts: f64| watts > 0.1 * least * made;
     let others =
         |stage_of: Stage| through.iter().filter(|(k, [a, b])| !is_large(k) && is_seen(a.max(*b)) && stage(**k) == stage_of).count();
     let alone = [Stage::Source, Stage::Part, Stage::Sink].map(|own| others(own) < 2);
-    let mut stations: Vec<Station> = Vec::new();
-    let mut index = |k: (Stop, bool), name: &str| {
+    let mut stations: Vec<HeatStation> = Vec::new();
+    let mut index = |k: (RouteEnd, bool), name: &str| {
         let stage = stage(k);
         let name = match (is_large(&k) || alone[stage as usize], stage) {
             (true, _) => name.replace('_', " "),
@@ -110,7 +110,7 @@ fn gathered(routes: &[NamedRoute], ends: &Ends, least: f64) -> (Vec<Station>, Ve
             (false, Stage::Part) => "other parts".to_string(),
             (false, Stage::Sink) => "elsewhere".to_string(),
         };
-        let station = Station { name, stage };
+        let station = HeatStation { name, stage };
         stations.iter().position(|s| *s == station).unwrap_or_else(|| {
             stations.push(station);
             stations.len() - 1
@@ -128,13 +128,13 @@ fn gathered(routes: &[NamedRoute], ends: &Ends, least: f64) -> (Vec<Station>, Ve
     }
     let band = |((a, b), watts): ((usize, usize), f64)| {
         let (from, to) = if watts < 0.0 { (b, a) } else { (a, b) };
-        Band { from, to, watts: watts.abs() }
+        HeatBand { from, to, watts: watts.abs() }
     };
     // A band thinner than a tenth of the smallest station would not be seen.
-    let bands: Vec<Band> = net.into_iter().map(band).filter(|b| is_seen(b.watts)).collect();
+    let bands: Vec<HeatBand> = net.into_iter().map(band).filter(|b| is_seen(b.watts)).collect();
     let used: Vec<usize> = (0..stations.len()).filter(|s| bands.iter().any(|b| b.from == *s || b.to == *s)).collect();
     let place = |s: usize| used.iter().position(|u| *u == s).unwrap_or(0);
-    let bands = bands.iter().map(|b| Band { from: place(b.from), to: place(b.to), watts: b.watts }).collect();
+    let bands = bands.iter().map(|b| HeatBand { from: place(b.from), to: place(b.to), watts: b.watts }).collect();
     (used.iter().map(|s| stations[*s].clone()).collect(), bands)
 }
 
@@ -143,8 +143,8 @@ mod tests {
     use super::*;
     use coldplate_base::document::Document;
     use coldplate_solve::heat_flow::{Holder, exchanged};
-    use coldplate_solve::meshed::Named;
-    use coldplate_solve::sensitivity::Study;
+    use coldplate_solve::meshed::HeatPlace;
+    use coldplate_solve::study::Study;
 
     /// Solves a machine twice: with water a little colder than the chamber, and with water so warm that it heats the
     /// machine.
@@ -160,7 +160,7 @@ mod tests {
     }
 
     /// Heat that enters less heat that leaves, for every stop.
-    fn left_over(routes: &[NamedRoute]) -> BTreeMap<Stop, f64> {
+    fn left_over(routes: &[NamedRoute]) -> BTreeMap<RouteEnd, f64> {
         let mut left = BTreeMap::new();
         for route in routes {
             *left.entry(route.from.stop).or_insert(0.0) -= route.watts;
@@ -192,7 +192,7 @@ mod tests {
     fn closes(name: &str, model: &MeshedMachine, state: &SteadyState) {
         let balance = &state.solution.balance;
         let (routes, ends) = (model.routes(state), Ends::of(model, state));
-        let Total { made, entering, leaving } = total(&routes, &ends);
+        let HeatTotal { made, entering, leaving } = total(&routes, &ends);
         // A pipe as warm as its surroundings has next to no heat; there it is rounding that is left.
         let small = 1e-6 * (made + entering).max(1.0);
         assert!((made + entering - leaving).abs() <= small, "{name}: {made} W made, {entering} W entering, {leaving} W leaving");
@@ -202,7 +202,7 @@ mod tests {
         for (stop, left) in &left {
             assert!(ends.has(*stop) || left.abs() <= small, "{name}: {left} W stay in {stop:?}");
         }
-        let wall = left.get(&Stop::Wall).copied().unwrap_or(0.0);
+        let wall = left.get(&RouteEnd::Wall).copied().unwrap_or(0.0);
         assert!((wall + balance.radiation).abs() <= small, "{name}: {wall} W to the wall, {} W by the balance", balance.radiation);
     }
 
@@ -238,15 +238,16 @@ mod tests {
         }
     }
 
-    fn route(from: (Stop, &str), to: (Stop, &str), watts: f64) -> NamedRoute {
-        let named = |(stop, name): (Stop, &str)| Named { stop, name: name.into() };
+    fn route(from: (RouteEnd, &str), to: (RouteEnd, &str), watts: f64) -> NamedRoute {
+        let named = |(stop, name): (RouteEnd, &str)| HeatPlace { stop, name: name.into() };
         NamedRoute { from: named(from), to: named(to), watts }
     }
 
     #[test]
     fn a_small_station_alone_keeps_its_name() {
-        let (motor, fan, case) = ((Stop::Source(0), "motor"), (Stop::Source(1), "fan"), (Stop::Group(0), "case"));
-        let (water, wall, gas) = ((Stop::Circuit(0), "coolant water"), (Stop::Wall, "chamber wall"), (Stop::Gas, "residual gas"));
+        let (motor, fan, case) = ((RouteEnd::Source(0), "motor"), (RouteEnd::Source(1), "fan"), (RouteEnd::Group(0), "case"));
+        let (water, wall, gas) =
+            ((RouteEnd::Circuit(0), "coolant water"), (RouteEnd::Wall, "chamber wall"), (RouteEnd::Gas, "residual gas"));
         let mut routes = vec![route(motor, case, 99.0), route(fan, case, 1.0), route(case, water, 99.0), route(case, wall, 1.0)];
         let names = |routes: &[NamedRoute]| {
             let (stations, _) = gathered(routes, &Ends { held: Vec::new() }, 0.02);

@@ -12,7 +12,7 @@ use super::{Head, path_of};
 use coldplate_base::document::Section;
 use coldplate_base::error::Result;
 use coldplate_describe::machine::Machine;
-use coldplate_figures::chart::one_factor::{Curve, OneFactorFigure};
+use coldplate_figures::chart::one_factor::{OneFactorFigure, SampledCurve};
 use coldplate_figures::chart::style::Quantity;
 use coldplate_solve::meshed::MeshedMachine;
 
@@ -25,7 +25,7 @@ pub(super) struct Scan {
     x: Quantity,
     values: Vec<f64>,
     curves: Vec<Scanned>,
-    marks: Vec<Curve>,
+    marks: Vec<SampledCurve>,
 }
 
 /// A number of the machine file that runs, and the name of its curve; the sensor is looked up when it is drawn.
@@ -52,7 +52,7 @@ impl Scan {
             let name = mark.text("name")?;
             if let Some(level) = mark.opt_number("level")? {
                 mark.finish()?;
-                return Ok(Curve { name, line: vec![(low, level), (high, level)], ..Curve::default() });
+                return Ok(SampledCurve { name, line: vec![(low, level), (high, level)], ..SampledCurve::default() });
             }
             let pairs = mark.list("places")?;
             let pair = |value: &coldplate_base::document::Value<'_>| {
@@ -61,7 +61,7 @@ impl Scan {
             };
             let samples = pairs.iter().map(pair).collect::<Result<Vec<_>>>()?;
             mark.finish()?;
-            Ok(Curve { name, samples, ..Curve::default() })
+            Ok(SampledCurve { name, samples, ..SampledCurve::default() })
         });
         Ok(Self {
             machine: path_of(root, folder, "machine")?,
@@ -89,7 +89,7 @@ impl Scan {
                 Ok((*x, model.readings(&state)[sensor]))
             };
             let line = self.values.par_iter().map(read).collect::<Result<Vec<_>>>()?;
-            curves.push(Curve { name: scanned.name.clone(), line, ..Curve::default() });
+            curves.push(SampledCurve { name: scanned.name.clone(), line, ..SampledCurve::default() });
         }
         curves.extend(self.marks.iter().cloned());
         head.add(

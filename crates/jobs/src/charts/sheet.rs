@@ -2,14 +2,15 @@
 
 use std::path::Path;
 
+use coldplate_base::condition::{AMBIENT_TEMPERATURE, COOLANT_FLOW, COOLANT_TEMPERATURE, MOTOR_SPEED};
 use coldplate_runtime::CONFIDENCE;
 
-use super::super::figures::{self, Lines, steps};
+use super::super::figures::{self, ContourQuantity, steps};
 use super::super::gallery::Gallery;
 use super::Head;
 use super::limits::{listed, worded};
 use super::results::Results;
-use super::source::Source;
+use super::source::SurrogateSource;
 use coldplate_base::document::Section;
 use coldplate_base::error::{Error, Result};
 use coldplate_figures::chart::acceptability::CellState;
@@ -29,12 +30,12 @@ const TABLE: (usize, usize) = (6, 5);
 /// No keys but those of its source.
 #[derive(Debug, Clone)]
 pub(super) struct Sheet {
-    source: Source,
+    source: SurrogateSource,
 }
 
 impl Sheet {
     pub(super) fn read(root: &Section<'_>, folder: &Path) -> Result<Self> {
-        Ok(Self { source: Source::read(root, folder)? })
+        Ok(Self { source: SurrogateSource::read(root, folder)? })
     }
 
     pub(super) fn draw(&self, head: &Head, results: &mut Results<'_>, gallery: &mut Gallery) -> Result<()> {
@@ -61,14 +62,14 @@ pub fn operator_sheet(surrogate: &Surrogate<'_>, machine: &str, provenance: &str
         _ => Err(Error::input(format!("the sheet varies '{name}', which was held when the surrogate was made")).help("sweep over it")),
     };
     let (flow, coolant, speed, ambient) =
-        (index("coolant_flow")?, index("coolant_temperature")?, index("motor_speed")?, index("ambient_temperature")?);
+        (index(COOLANT_FLOW)?, index(COOLANT_TEMPERATURE)?, index(MOTOR_SPEED)?, index(AMBIENT_TEMPERATURE)?);
     let ranges: Vec<(f64, f64)> = surrogate.variables().map(|v| (v.low, v.high)).collect();
     let middle = figures::centre(surrogate);
     let mut maps = Vec::new();
     for end in [ranges[ambient].0, ranges[ambient].1] {
         let mut at = middle.clone();
         at[ambient] = end;
-        let mut map = figures::map(surrogate, speed, flow, &at, None, Lines::Margin)?;
+        let mut map = figures::map(surrogate, speed, flow, &at, None, ContourQuantity::Margin)?;
         // Held variables are named in the explanation.
         map.fixed.truncate(map.fixed.len() - surrogate.held().count());
         map.title = format!("{} {}", readable(&quantity(surrogate, ambient).name), quantity(surrogate, ambient).with_value(end));

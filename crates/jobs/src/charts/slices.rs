@@ -5,7 +5,7 @@ use std::path::Path;
 use super::super::figures;
 use super::super::gallery::Gallery;
 use super::results::Results;
-use super::source::{Source, held, variable};
+use super::source::{SurrogateSource, held, variable};
 use super::{Head, chosen};
 use coldplate_base::document::Section;
 use coldplate_base::error::Result;
@@ -13,12 +13,12 @@ use coldplate_base::error::Result;
 /// Keys: `variable`; optional `hold` and `points`.
 #[derive(Debug, Clone)]
 pub(super) struct Slices {
-    source: Source,
+    source: SurrogateSource,
 }
 
 impl Slices {
     pub(super) fn read(root: &Section<'_>, folder: &Path) -> Result<Self> {
-        let source = Source::read(root, folder)?;
+        let source = SurrogateSource::read(root, folder)?;
         root.text("variable")?;
         root.opt_section("hold")?;
         root.opt_texts("points")?;

@@ -3,19 +3,19 @@
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-use super::super::figures::Comparison;
+use super::super::figures::TableComparison;
+use super::super::open::{FileKind, open};
 use super::path_of;
 use super::results::{Results, SweepResult};
 use coldplate_base::document::Section;
 use coldplate_base::error::{Error, Result};
-use coldplate_base::input;
 use coldplate_surrogate::fit::{PointReport, file};
 use coldplate_surrogate::verdict::{Surrogate, condition};
 use coldplate_tables::Table;
 
 /// Source of a surrogate.
 #[derive(Debug, Clone)]
-pub enum Source {
+pub enum SurrogateSource {
     /// The designs of a sweep.
     Sweep(PathBuf),
     /// A surrogate file, and tables to compare it with.
@@ -38,11 +38,11 @@ pub enum Opened {
         /// Bytes of the file.
         bytes: Vec<u8>,
         /// The tables beside it.
-        comparison: Comparison,
+        comparison: TableComparison,
     },
 }
 
-impl Source {
+impl SurrogateSource {
     /// Reads `sweep`, or `surrogate` with `table` and `held_out`.
     ///
     /// # Errors
@@ -56,16 +56,16 @@ impl Source {
                 held_out: root.opt_text("held_out")?.map(|p| folder.join(p)),
             }),
             None => Err(root
-                .error("the chart names no source")
+                .error("the chart does not name its source of numbers")
                 .help("add sweep = \"../sweeps/NAME.toml\" or surrogate = \"FILE.cps\"")),
         }
     }
 
     /// The source that a path names: a sweep file (`.toml`), or a surrogate file.
     pub fn at(path: PathBuf) -> Self {
-        match path.extension().is_some_and(|extension| extension == "toml") {
-            true => Self::Sweep(path),
-            false => Self::File { path, table: None, held_out: None },
+        match FileKind::by_name(&path) {
+            FileKind::Document => Self::Sweep(path),
+            _ => Self::File { path, table: None, held_out: None },
         }
     }
 
@@ -85,11 +85,10 @@ impl Source {
                 Ok(Opened::Sweep(found))
             }
             Self::File { path, table, held_out } => {
-                let bytes =
-                    input::read(path).map_err(|e| e.help("`coldplate run SWEEP.toml` or `coldplate fit TABLE` writes a surrogate"))?;
-                let mut comparison = Comparison::default();
+                let file = open(path).map_err(|e| e.help("`coldplate run SWEEP.toml` or `coldplate fit TABLE` writes a surrogate"))?;
+                let mut comparison = TableComparison::default();
                 {
-                    let surrogate = file::open(&bytes).map_err(|e| e.in_file(path))?;
+                    let surrogate = file.surrogate()?;
                     for (table, unseen) in [(table, false), (held_out, true)] {
                         if let Some(table) = table {
                             comparison.add(&surrogate, &Table::read(table)?, unseen).map_err(|e| e.in_file(table))?;
@@ -97,7 +96,7 @@ impl Source {
                     }
                     comparison.values.resize(surrogate.point_count(), Vec::new());
                 }
-                Ok(Opened::File { bytes, comparison })
+                Ok(Opened::File { bytes: file.bytes, comparison })
             }
         }
     }
@@ -116,7 +115,7 @@ impl Opened {
     }
 
     /// Comparison of the surrogate with tables.
-    pub fn comparison(&self) -> Comparison {
+    pub fn comparison(&self) -> TableComparison {
         match self {
             Self::Sweep(found) => found.fitted.as_ref().map(|f| f.comparison.clone()).unwrap_or_default(),
             Self::File { comparison, .. } => comparison.clone(),

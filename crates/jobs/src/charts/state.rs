@@ -11,7 +11,7 @@ use coldplate_base::document::Section;
 use coldplate_base::error::Result;
 use coldplate_describe::machine::{Condition, Machine};
 use coldplate_solve::meshed::SteadyState;
-use coldplate_solve::sensitivity::Study;
+use coldplate_solve::study::Study;
 
 /// Keys: `machine`, and `measurement` (a measured state of the machine file) or `condition`; variables it does not name
 /// take the machine's defaults.
@@ -103,7 +103,7 @@ mod tests {
                     total_conductance = \"2 W/K\"\n[source.motor]\nin = \"motor\"\npower = \"6 * torque_N_m\"\n\
                     [sensor.motor]\nnode = \"motor\"\n[measurement.hot]\nreadings = { motor = \"47 degC\" }\n\
                     condition = { motor_speed = \"100 rpm\" }\n";
-        let study = coldplate_solve::sensitivity::Study::new(Document::parse(text, "node.toml").unwrap(), None).unwrap();
+        let study = coldplate_solve::study::Study::new(Document::parse(text, "node.toml").unwrap(), None).unwrap();
         let of = |definition: &str| {
             let document = Document::parse(definition, "chart.toml").unwrap();
             let (_, fixed) = condition_of(&document.root(), &study.model.machine).unwrap();

@@ -2,16 +2,16 @@
 
 use super::joints::{Crossing, joint_between, reversed};
 use super::{Builder, CellFace, Foot};
-use crate::mesh::Interface;
+use crate::mesh::TouchingFaces;
 use crate::mesh::grid::{Grid, tangents};
-use crate::{ContactGroup, Crossed, Joint, NONE, Reach};
+use crate::{ContactGroup, Crossed, EndInterpolation, Joint, NONE};
 use coldplate_base::error::{Error, Result};
 use coldplate_describe::machine::{Bonded, ContactLaw, Face, Place, Side};
 use std::f64::consts::TAU;
 
 impl Builder<'_> {
     /// The contact of the machine file that covers an interface, and whether the other way round.
-    fn covering(&self, interface: &Interface) -> Option<(usize, bool)> {
+    fn covering(&self, interface: &TouchingFaces) -> Option<(usize, bool)> {
         let faces = [interface.a, interface.b].map(|(g, side)| {
             let grid = &self.mesh.grids[g];
             Face { part: grid.part, block: Some(grid.block), side }
@@ -119,7 +119,7 @@ impl Builder<'_> {
 
     /// Joints of one interface, from its first side to its second (or crossed). Sides that a sensor reads have a node of their own,
     /// behind the half cell; both sides of a bond share one.
-    fn joints_of(&mut self, interface: &Interface, crossed: bool, is_bonded: bool) -> Vec<Joint> {
+    fn joints_of(&mut self, interface: &TouchingFaces, crossed: bool, is_bonded: bool) -> Vec<Joint> {
         let ((ga, sa), (gb, sb)) = (interface.a, interface.b);
         let (grid_a, grid_b) = (&self.mesh.grids[ga], &self.mesh.grids[gb]);
         let (property_a, property_b) = (self.property(grid_a.part, sa.axis()), self.property(grid_b.part, sb.axis()));
@@ -359,9 +359,9 @@ impl Builder<'_> {
 }
 
 /// Interpolation to the temperature beside the middle of a face cell, for a `point` (m) outside its middle.
-fn reach(grid: &Grid, cell: usize, side: Side, point: [f64; 3], reaches: &mut Vec<Reach>) -> u32 {
+fn reach(grid: &Grid, cell: usize, side: Side, point: [f64; 3], reaches: &mut Vec<EndInterpolation>) -> u32 {
     let (c, local) = (grid.indices(cell), grid.to_local(point));
-    let mut found = Reach { nodes: [cell as u32; 2], shares: [0.0; 2] };
+    let mut found = EndInterpolation { nodes: [cell as u32; 2], shares: [0.0; 2] };
     for (slot, d) in tangents(side.axis()).into_iter().enumerate() {
         let (n, at) = (grid.n(d), c[d]);
         let mut offset = local[d] - grid.centre(d, at);

@@ -3,11 +3,11 @@
 use super::views::{LEAK, Patch, Seeing, computed, given};
 use super::{Builder, Foot};
 use crate::mesh::grid::tangents;
-use crate::mesh::sight::Facet;
+use crate::mesh::sight::SidePiece;
 use crate::{EnclosureViews, NONE};
 use coldplate_base::error::{Error, Result};
 use coldplate_describe::machine::{Enclosure, EnclosureSurface, Place, Side, Views};
-use coldplate_physics::exchange::{ELIMINATED_ABOVE, Terminal, conductors};
+use coldplate_physics::exchange::{ELIMINATED_ABOVE, RadiationNode, conductors};
 
 /// Nodes that stand for a patch, each with its share of the patch's area; the shares sum to one.
 type Members = Vec<(u32, f64)>;
@@ -50,7 +50,7 @@ impl Builder<'_> {
             }
             Views::Computed { rays, closed_forms } => {
                 let sealed = enclosure.closed && listed.is_none();
-                computed(self.machine, self.mesh, enclosure, &patches, (*rays, *closed_forms), sealed)?
+                computed(self.machine, self.mesh, enclosure, &patches, *rays, *closed_forms, sealed)?
             }
         };
         let n = areas.len();
@@ -125,7 +125,7 @@ impl Builder<'_> {
                     }
                     let ends = |d: usize, r: (usize, usize)| (grid.edges[d][r.0], grid.edges[d][r.1]);
                     let (ep, eq) = (ends(p, rp), ends(q, rq));
-                    let facet = Facet { grid: g, side: face.side, low: [ep.0, eq.0], high: [ep.1, eq.1] };
+                    let facet = SidePiece { grid: g, side: face.side, low: [ep.0, eq.0], high: [ep.1, eq.1] };
                     let area = cells.iter().map(|c| c.foot.1).sum::<f64>();
                     match found.last_mut() {
                         // A surface that is not cut is one patch, however many faces it has.
@@ -198,7 +198,7 @@ impl Builder<'_> {
     /// [`NONE`] where it ends at a node between.
     fn exchange_heat(
         &mut self,
-        list: &[(Terminal, Terminal, f64)],
+        list: &[(RadiationNode, RadiationNode, f64)],
         members: &[Members],
         areas: &[f64],
         emissivities: &[f64],
@@ -212,11 +212,11 @@ impl Builder<'_> {
             self.network.radiative.extend(members[i].iter().map(|(n, share)| (*n, node, own * share)));
             ends.extend(members[i].iter().map(|_| [i as u32, NONE]));
         }
-        let nodes = |terminal: &Terminal| match terminal {
-            Terminal::Radiosity(i) => radiosity[*i].map_or(Vec::new(), |node| vec![(node, 1.0)]),
-            Terminal::Surface(i) => members[*i].clone(),
+        let nodes = |terminal: &RadiationNode| match terminal {
+            RadiationNode::Radiosity(i) => radiosity[*i].map_or(Vec::new(), |node| vec![(node, 1.0)]),
+            RadiationNode::Surface(i) => members[*i].clone(),
         };
-        let patch = |terminal: &Terminal| if let Terminal::Surface(i) = terminal { *i as u32 } else { NONE };
+        let patch = |terminal: &RadiationNode| if let RadiationNode::Surface(i) = terminal { *i as u32 } else { NONE };
         for (a, b, conductor) in list {
             let (first, second) = (nodes(a), nodes(b));
             if first.len() == 1 || second.len() == 1 {

@@ -7,7 +7,7 @@ use crate::elastic;
 use crate::mesh::grid::Grid;
 use coldplate_base::error::{Error, Result};
 use coldplate_base::units::Measurand;
-use coldplate_describe::machine::{Face, Reading, Sensor, Side};
+use coldplate_describe::machine::{Face, Sensor, SensorReading, Side};
 
 /// A point between the outermost cells of a block and one of its faces.
 struct AtFace {
@@ -23,19 +23,23 @@ impl Builder<'_> {
     pub(super) fn probe(&mut self) {
         for sensor in &self.machine.sensors {
             match &sensor.reads {
-                Reading::FaceMean(face) => {
+                SensorReading::FaceMean(face) => {
                     for (g, c, _) in self.mesh.face_cells(*face) {
                         self.probed.entry((g, face.side as usize, self.mesh.grids[g].cell(c))).or_default();
                     }
                 }
-                Reading::Point(part, point) => {
+                SensorReading::Point(part, point) => {
                     let Some(g) = self.mesh.grid_at(*part, *point, 1e-6) else { continue };
                     let Some(at) = at_face(&self.mesh.grids[g], *point) else { continue };
                     for (cell, _) in at.cells {
                         self.probed.entry((g, at.side as usize, cell)).or_default();
                     }
                 }
-                Reading::PartMean(_) | Reading::Node(_) | Reading::Inlet(_) | Reading::Outlet(_) | Reading::Displacement(_) => {}
+                SensorReading::PartMean(_)
+                | SensorReading::Node(_)
+                | SensorReading::Inlet(_)
+                | SensorReading::Outlet(_)
+                | SensorReading::Displacement(_) => {}
             }
         }
     }
@@ -102,9 +106,9 @@ impl Builder<'_> {
         for sensor in &self.machine.sensors {
             let key = || format!("sensor.{}", sensor.name);
             let term = match &sensor.reads {
-                Reading::Node(n) => SensorTerm::temperature(vec![(self.lumped(*n), 1.0)]),
-                Reading::Point(part, point) => self.point(sensor, *part, *point)?,
-                Reading::PartMean(p) => {
+                SensorReading::Node(n) => SensorTerm::temperature(vec![(self.lumped(*n), 1.0)]),
+                SensorReading::Point(part, point) => self.point(sensor, *part, *point)?,
+                SensorReading::PartMean(p) => {
                     let volume = self.mesh.volume(*p);
                     let cells = self.mesh.grids_of(*p).flat_map(|(_, g)| g.cells().map(move |c| (g.cell(c) as u32, g.volume(c) / volume)));
                     let vertices = self.mesh.tetra_of(*p).into_iter();
@@ -112,15 +116,15 @@ impl Builder<'_> {
                         vertices.flat_map(|t| t.volumes.iter().enumerate().map(move |(i, v)| ((t.first + i) as u32, v / volume)));
                     SensorTerm::temperature(cells.chain(vertices).collect())
                 }
-                Reading::FaceMean(face) => self.face_mean(*face, key())?,
-                Reading::Displacement(_) => {
+                SensorReading::FaceMean(face) => self.face_mean(*face, key())?,
+                SensorReading::Displacement(_) => {
                     let metres = displacements.next().map_or(&[][..], |own| &own.cells);
                     let weights: Vec<(u32, f64)> = metres.iter().map(|(c, w)| (*c, Measurand::Displacement.of_si(*w))).collect();
                     let constant = -self.machine.elasticity.reference * weights.iter().map(|(_, w)| w).sum::<f64>();
                     SensorTerm { weights, inlet: None, constant }
                 }
-                Reading::Outlet(s) => SensorTerm::temperature(vec![(self.network.streams[*s].outlet(), 1.0)]),
-                Reading::Inlet(s) => {
+                SensorReading::Outlet(s) => SensorTerm::temperature(vec![(self.network.streams[*s].outlet(), 1.0)]),
+                SensorReading::Inlet(s) => {
                     let stream = &self.network.streams[*s];
                     match stream.upstream.as_slice() {
                         [] => SensorTerm { weights: Vec::new(), inlet: Some((stream.circuit, 1.0)), ..SensorTerm::temperature(Vec::new()) },

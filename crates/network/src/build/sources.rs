@@ -4,7 +4,7 @@ use super::Builder;
 use crate::HeatSource;
 use crate::mesh::grid::Grid;
 use coldplate_base::error::{Error, Result};
-use coldplate_base::formula::Values;
+use coldplate_base::formula::FormulaValues;
 use coldplate_describe::machine::{Place, Side, Source};
 
 /// Places of two points in an interval, from its middle and over its length: ±1/(2 sqrt 3), Gauss's, which integrate cubic polynomials
@@ -87,7 +87,7 @@ impl Builder<'_> {
     fn relative(&self, source: &Source, part: usize, point: [f64; 3]) -> Result<f64> {
         let Some(distribution) = &source.distribution else { return Ok(1.0) };
         let from = self.machine.parts[part].origin();
-        let value = distribution.evaluate(&Values((0..3).map(|d| (point[d] - from[d]) * 1e3).collect()))?;
+        let value = distribution.evaluate(&FormulaValues((0..3).map(|d| (point[d] - from[d]) * 1e3).collect()))?;
         if value < 0.0 {
             let shown = (0..3).map(|d| format!("{:.3} mm", (point[d] - from[d]) * 1e3)).collect::<Vec<_>>().join(", ");
             return Err(distribution.place(

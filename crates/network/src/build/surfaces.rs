@@ -58,8 +58,8 @@ impl Builder<'_> {
                     }
                 }
             }
-            let vertices = self.vertex_surfaces(p);
-            let seen: f64 = faces.iter().map(|f| f.area * f.view).chain(vertices.iter().map(|v| v.1 * v.3)).sum();
+            let vertices = self.open_vertices(p);
+            let seen: f64 = faces.iter().map(|f| f.area * f.view).chain(vertices.iter().map(|v| v.area * v.view)).sum();
             let factor = match part.surface.area {
                 Some(stated) if seen > 0.0 => stated / seen,
                 Some(_) => {
@@ -73,7 +73,7 @@ impl Builder<'_> {
             for piece in faces {
                 self.piece(&piece, emissivity * factor, factor)?;
             }
-            for vertex in vertices {
+            for vertex in &vertices {
                 if let Some(surface) = self.vertex_surface(vertex, emissivity, factor) {
                     self.push_surface(surface);
                 }

@@ -6,13 +6,24 @@ use super::joints::{Crossing, reversed};
 use super::surfaces::slot;
 use super::{Builder, Foot};
 use crate::mesh::tetra::Tetra;
-use crate::mesh::tetra::touch::{Other, PAIRS, Piece, Touch};
+use crate::mesh::tetra::touch::{Other, PAIRS, SharedArea, Touch};
 use crate::{FREE, Joint, Laws, NONE, Surface};
 use coldplate_describe::machine::{ContactLaw, Face, Place, Side};
 
 /// Most vertices on one cell's face among which pairs are formed, a count. Chosen: number of joints, about its square, against
 /// exactness.
 const MOST_VERTICES: usize = 200;
+
+/// Open area that a vertex of an imported part stands for.
+pub(super) struct OpenVertex {
+    node: u32,
+    /// m².
+    pub(super) area: f64,
+    /// Boundaries of the machine.
+    laws: Laws,
+    /// Share of the view that the chamber has.
+    pub(super) view: f64,
+}
 
 impl Builder<'_> {
     /// Capacities and groups of the vertices; a vertex holds a quarter of each of its tetrahedra.
@@ -80,7 +91,7 @@ impl Builder<'_> {
 
     /// The pieces of a touch by the contact of the machine file that covers them (`None` where none does), and
     /// whether that contact counts them from the other side. One that names faces goes first.
-    pub(super) fn covered_pieces<'a>(&self, touch: &'a Touch) -> Vec<(Option<usize>, bool, Vec<&'a Piece>)> {
+    pub(super) fn covered_pieces<'a>(&self, touch: &'a Touch) -> Vec<(Option<usize>, bool, Vec<&'a SharedArea>)> {
         let tetra = &self.mesh.tetra[touch.tetra];
         let parts = self.touch_parts(touch);
         let contacts = &self.machine.contacts;
@@ -91,12 +102,12 @@ impl Builder<'_> {
         };
         let (mut candidates, general): (Vec<usize>, Vec<usize>) = (0..contacts.len()).filter(concerned).partition(is_specific);
         candidates.extend(general);
-        let covers_first = |place: Place, piece: &Piece| match place {
+        let covers_first = |place: Place, piece: &SharedArea| match place {
             Place::Part(p) => p == parts[0],
             Place::Face(f) => tetra.belongs(piece.face as usize, f),
             Place::Node(_) => false,
         };
-        let covers_second = |place: Place, piece: &Piece| match (place, touch.other) {
+        let covers_second = |place: Place, piece: &SharedArea| match (place, touch.other) {
             (Place::Part(p), _) => p == parts[1],
             (Place::Face(f), Other::Grid(g, side)) => {
                 f.part == parts[1] && f.side == side && f.block.is_none_or(|b| b == self.mesh.grids[g].block)
@@ -104,7 +115,7 @@ impl Builder<'_> {
             (Place::Face(f), Other::Tetra(t)) => self.mesh.tetra[t].belongs(piece.other as usize, f),
             (Place::Node(_), _) => false,
         };
-        let mut found: Vec<(Option<usize>, bool, Vec<&Piece>)> = Vec::new();
+        let mut found: Vec<(Option<usize>, bool, Vec<&SharedArea>)> = Vec::new();
         for piece in &touch.pieces {
             let covering = candidates.iter().find_map(|i| {
                 let [first, second] = contacts[*i].between;
@@ -122,7 +133,7 @@ impl Builder<'_> {
     }
 
     /// The joints of pieces of a touch under a law, from the imported side to the other (or crossed).
-    pub(super) fn crossing(&self, touch: &Touch, pieces: &[&Piece], law: &ContactLaw, crossed: bool) -> Crossing {
+    pub(super) fn crossing(&self, touch: &Touch, pieces: &[&SharedArea], law: &ContactLaw, crossed: bool) -> Crossing {
         let tetra = &self.mesh.tetra[touch.tetra];
         let is_bonded = law.is_bonded();
         let mut crossing = Crossing::default();
@@ -207,12 +218,11 @@ impl Builder<'_> {
         merged
     }
 
-    /// Open triangles of an imported part: (vertex, area, boundaries of the machine, share of the view that the chamber
-    /// has), one entry per vertex and kind; triangles at a given temperature hold their vertices.
-    pub(super) fn vertex_surfaces(&mut self, part: usize) -> Vec<(u32, f64, Laws, f64)> {
+    /// Open area of an imported part, one entry per vertex and kind; triangles at a given temperature hold their vertices.
+    pub(super) fn open_vertices(&mut self, part: usize) -> Vec<OpenVertex> {
         let Some(tetra) = self.mesh.tetra_of(part) else { return Vec::new() };
         let surface = &self.machine.parts[part].surface;
-        let mut found: Vec<(u32, f64, Laws, f64)> = Vec::new();
+        let mut found: Vec<OpenVertex> = Vec::new();
         let mut held: Vec<(u32, u32)> = Vec::new();
         let seen = |f: usize, view: &(Face, f64)| tetra.belongs(f, view.0);
         for f in 0..tetra.body.faces.len() {
@@ -237,7 +247,7 @@ impl Builder<'_> {
             let view = if is_excluded { 0.0 } else { view };
             for (corner, area) in tetra.body.faces[f].iter().zip(tetra.open[f]) {
                 let node = tetra.node(*corner) as u32;
-                found.push((node, area, laws, view));
+                found.push(OpenVertex { node, area, laws, view });
                 if let Some(l) = laws.into_iter().find(|l| *l != NONE && self.holds(*l as usize)) {
                     held.push((node, self.held_by(l as usize)));
                 }
@@ -247,12 +257,12 @@ impl Builder<'_> {
         held.sort_unstable();
         held.dedup_by_key(|h| h.0);
         self.network.fixed.extend(held);
-        let key = |e: &(u32, f64, Laws, f64)| (e.0, e.2, e.3.to_bits());
+        let key = |e: &OpenVertex| (e.node, e.laws, e.view.to_bits());
         found.sort_by_key(key);
-        let mut merged: Vec<(u32, f64, Laws, f64)> = Vec::new();
-        for entry in found.into_iter().filter(|e| e.1 > 0.0) {
+        let mut merged: Vec<OpenVertex> = Vec::new();
+        for entry in found.into_iter().filter(|e| e.area > 0.0) {
             match merged.last_mut() {
-                Some(last) if key(last) == key(&entry) => last.1 += entry.1,
+                Some(last) if key(last) == key(&entry) => last.area += entry.area,
                 _ => merged.push(entry),
             }
         }
@@ -260,7 +270,8 @@ impl Builder<'_> {
     }
 
     /// The surface of a vertex; `None` if its temperature is given.
-    pub(super) fn vertex_surface(&self, (node, area, laws, view): (u32, f64, Laws, f64), emissivity: f64, factor: f64) -> Option<Surface> {
+    pub(super) fn vertex_surface(&self, vertex: &OpenVertex, emissivity: f64, factor: f64) -> Option<Surface> {
+        let OpenVertex { node, area, laws, view } = *vertex;
         let is_held = laws.into_iter().any(|l| l != NONE && self.holds(l as usize));
         let seen = area * view * factor;
         (!is_held).then_some(Surface { node, property: NONE, length: 0.0, area, emissive: emissivity * seen, gas_area: seen, laws })

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, Matrix3, SMatrix, SymmetricEigen, Vector3};
 use super::nodes::Nodes;
 use crate::mesh::grid::{Grid, tangents};
 use crate::mesh::overlap::Overlap;
-use crate::mesh::{Interface, Mesh};
+use crate::mesh::{Mesh, TouchingFaces};
 use coldplate_base::error::{Error, Result};
 use coldplate_describe::machine::{Face, JointKind, Machine, Side};
 use std::f64::consts::TAU;
@@ -33,7 +33,7 @@ pub struct Spring {
 }
 
 /// The grids that take part, and the joints that hold them together.
-pub struct Bodies {
+pub struct ElasticBodies {
     /// A number for all grids that move as one; `None` for grids that take no part.
     body: Vec<Option<usize>>,
     /// Springs between cells.
@@ -43,7 +43,7 @@ pub struct Bodies {
 }
 
 /// Mechanical kind of an interface.
-fn kind(machine: &Machine, mesh: &Mesh, interface: &Interface) -> JointKind {
+fn kind(machine: &Machine, mesh: &Mesh, interface: &TouchingFaces) -> JointKind {
     let faces = [interface.a, interface.b].map(|(g, side)| {
         let grid = &mesh.grids[g];
         Face { part: grid.part, block: Some(grid.block), side }
@@ -68,7 +68,7 @@ impl Sets {
     }
 }
 
-impl Bodies {
+impl ElasticBodies {
     /// The bodies connected with any of the `wanted` grids. Joins corners that move as one.
     ///
     /// # Errors
@@ -96,13 +96,13 @@ impl Bodies {
                 }
                 let points = points(mesh, interface, overlap);
                 let area = overlap.area / points.len() as f64;
+                let [(ga, sa), (gb, sb)] = [interface.a, interface.b];
                 for point in points {
-                    let axis = normal_at(mesh, interface.a, point);
+                    let axis = normal_at(&mesh.grids[ga], sa, point);
                     let across = axis * axis.transpose();
                     let along = Matrix3::identity() - across;
                     let stiffness = (across * normal.min(rigid) + along * tangential.min(rigid)) * area;
                     let holds = across + if tangential > 0.0 { along } else { Matrix3::zeros() };
-                    let [(ga, sa), (gb, sb)] = [interface.a, interface.b];
                     let a = nodes.on_face(ga, mesh.grids[ga].indices(overlap.a), sa, point);
                     let b = nodes.on_face(gb, mesh.grids[gb].indices(overlap.b), sb, point);
                     let ends = std::array::from_fn(|i| if i < 4 { a[i] } else { (b[i - 4].0, -b[i - 4].1) });
@@ -209,7 +209,7 @@ fn linked(mesh: &Mesh, kinds: &[JointKind]) -> Sets {
 }
 
 /// Stiffness per area (N/m³) beside which the cells of an interface are soft.
-fn rigid(mesh: &Mesh, interface: &Interface, modulus: &[f64]) -> f64 {
+fn rigid(mesh: &Mesh, interface: &TouchingFaces, modulus: &[f64]) -> f64 {
     let softness = |(g, side): (usize, Side)| {
         let grid = &mesh.grids[g];
         let d = side.axis();
@@ -221,7 +221,7 @@ fn rigid(mesh: &Mesh, interface: &Interface, modulus: &[f64]) -> f64 {
 }
 
 /// Lets the corners of two cells' faces move as one where they coincide; returns whether they do.
-fn merge(mesh: &Mesh, nodes: &mut Nodes<'_>, interface: &Interface, cells: [usize; 2]) -> bool {
+fn merge(mesh: &Mesh, nodes: &mut Nodes<'_>, interface: &TouchingFaces, cells: [usize; 2]) -> bool {
     let [a, b] =
         [(interface.a, cells[0]), (interface.b, cells[1])].map(|((g, side), cell)| nodes.of_face(g, mesh.grids[g].indices(cell), side));
     let apart = |p: [f64; 3], q: [f64; 3]| (0..3).map(|d| (p[d] - q[d]).powi(2)).sum::<f64>().sqrt();
@@ -236,7 +236,7 @@ fn merge(mesh: &Mesh, nodes: &mut Nodes<'_>, interface: &Interface, cells: [usiz
 
 /// Points at which springs join the area that two cells share: Gauss's points of a rectangle in local coordinates that both grids have,
 /// so that the joint resists being turned out to its edges; otherwise its middle.
-fn points(mesh: &Mesh, interface: &Interface, overlap: &Overlap) -> Vec<[f64; 3]> {
+fn points(mesh: &Mesh, interface: &TouchingFaces, overlap: &Overlap) -> Vec<[f64; 3]> {
     let [(ga, side), (gb, _)] = [interface.a, interface.b];
     let (a, b) = (&mesh.grids[ga], &mesh.grids[gb]);
     let (own, far) = (a.indices(overlap.a), b.indices(overlap.b));
@@ -268,8 +268,7 @@ fn points(mesh: &Mesh, interface: &Interface, overlap: &Overlap) -> Vec<[f64; 3]
 }
 
 /// Unit normal of a grid's side at a point (m) of it.
-fn normal_at(mesh: &Mesh, (g, side): (usize, Side), point: [f64; 3]) -> Vector3<f64> {
-    let grid = &mesh.grids[g];
+fn normal_at(grid: &Grid, side: Side, point: [f64; 3]) -> Vector3<f64> {
     let local = grid.to_local(point);
     let step = 1e-3 * grid.width(side.axis(), 0);
     let mut beside = local;

@@ -20,7 +20,7 @@ type InnerStrain = SMatrix<f64, 6, 9>;
 
 /// Elastic and thermal constants of a solid.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Solid {
+pub struct ElasticConstants {
     /// Young's modulus, Pa.
     pub modulus: f64,
     /// Poisson's ratio.
@@ -29,7 +29,7 @@ pub struct Solid {
     pub expansion: f64,
 }
 
-impl Solid {
+impl ElasticConstants {
     /// Stress of unit strains (xx, yy, zz, xy, yz, zx), Pa.
     fn stress(&self) -> SMatrix<f64, 6, 6> {
         let (shear, lame) = (self.modulus / 2.0 / (1.0 + self.poisson), self.lame());
@@ -98,7 +98,7 @@ fn strain_of<const N: usize>(columns: &mut SMatrix<f64, 6, N>, first: usize, slo
 ///
 /// # Errors
 /// The brick is flat or inside out.
-pub fn brick(corners: &Corners, solid: &Solid) -> Result<(Stiffness, Expansion)> {
+pub fn brick(corners: &Corners, solid: &ElasticConstants) -> Result<(Stiffness, Expansion)> {
     let flat = || Error::numerics("a cell has no volume").help("check the sizes of the blocks, or use fewer cells");
     let middle = jacobian(corners, [0.0; 3]);
     let (middle_volume, middle_inverse) = (middle.determinant(), middle.try_inverse().ok_or_else(flat)?);
@@ -139,7 +139,7 @@ mod tests {
     use super::*;
 
     /// A steel for the tests.
-    const STEEL: Solid = Solid { modulus: 210e9, poisson: 0.3, expansion: 12e-6 };
+    const STEEL: ElasticConstants = ElasticConstants { modulus: 210e9, poisson: 0.3, expansion: 12e-6 };
 
     /// A brick of no particular shape.
     fn crooked() -> Corners {

@@ -3,7 +3,7 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use super::Weights;
+use super::SensorWeights;
 use crate::mesh::Mesh;
 use coldplate_describe::machine::{Contact, Face, Machine};
 
@@ -11,7 +11,7 @@ use coldplate_describe::machine::{Contact, Face, Machine};
 const MOST: usize = 8;
 
 /// Keys of the structures that were solved last, with their weights.
-static KNOWN: Mutex<Vec<(String, Arc<Vec<Weights>>)>> = Mutex::new(Vec::new());
+static KNOWN: Mutex<Vec<(String, Arc<Vec<SensorWeights>>)>> = Mutex::new(Vec::new());
 
 /// Everything that the weights depend on, as text.
 pub(super) fn key(machine: &Machine, mesh: &Mesh) -> String {
@@ -24,7 +24,7 @@ pub(super) fn key(machine: &Machine, mesh: &Mesh) -> String {
 }
 
 /// The weights known for a key, or else those that `solve` finds.
-pub(super) fn or_solve<E>(key: String, solve: impl FnOnce() -> Result<Vec<Weights>, E>) -> Result<Arc<Vec<Weights>>, E> {
+pub(super) fn or_solve<E>(key: String, solve: impl FnOnce() -> Result<Vec<SensorWeights>, E>) -> Result<Arc<Vec<SensorWeights>>, E> {
     let known = || KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some((_, weights)) = known().iter().find(|(own, _)| *own == key) {
         return Ok(Arc::clone(weights));

@@ -19,7 +19,7 @@ pub struct Matrix {
 }
 
 /// A vector with three entries for each node.
-pub type Field = Vec<Vector3<f64>>;
+pub type NodeVectors = Vec<Vector3<f64>>;
 
 impl Matrix {
     /// A zero matrix in which the nodes of every group are coupled.
@@ -92,21 +92,21 @@ impl Matrix {
     }
 
     /// y = b - A x
-    pub fn residual(&self, x: &Field, b: &Field, y: &mut Field) {
+    pub fn residual(&self, x: &NodeVectors, b: &NodeVectors, y: &mut NodeVectors) {
         y.par_iter_mut().with_min_len(CHUNK).enumerate().for_each(|(row, y)| {
             *y = self.row(row).fold(b[row], |sum, (column, block)| sum - block * x[column]);
         });
     }
 
     /// y = A x
-    pub fn multiply(&self, x: &Field, y: &mut Field) {
+    pub fn multiply(&self, x: &NodeVectors, y: &mut NodeVectors) {
         y.par_iter_mut().with_min_len(CHUNK).enumerate().for_each(|(row, y)| {
             *y = self.row(row).fold(Vector3::zeros(), |sum, (column, block)| sum + block * x[column]);
         });
     }
 
     /// One sweep of Gauss and Seidel for A x = b, by nodes, forwards or backwards.
-    pub fn sweep(&self, x: &mut Field, b: &Field, forwards: bool) {
+    pub fn sweep(&self, x: &mut NodeVectors, b: &NodeVectors, forwards: bool) {
         let mut relax = |row: usize| {
             let left = self.row(row).filter(|(column, _)| *column != row).fold(b[row], |sum, (column, block)| sum - block * x[column]);
             x[row] = self.inverse[row] * left;

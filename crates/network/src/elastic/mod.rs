@@ -20,13 +20,13 @@ use rayon::prelude::*;
 use crate::mesh::Mesh;
 use crate::mesh::grid::Grid;
 use crate::mesh::tetra::touch::Other;
-use bodies::Bodies;
+use bodies::ElasticBodies;
 use coldplate_base::error::{Error, Result};
-use coldplate_describe::machine::{Contact, Displacement, JointKind, Machine, Reading};
-use element::{Expansion, Solid, Stiffness, brick, locate, shapes};
-use matrix::{Field, Matrix};
+use coldplate_describe::machine::{Contact, Displacement, JointKind, Machine, SensorReading};
+use element::{ElasticConstants, Expansion, Stiffness, brick, locate, shapes};
+use matrix::{Matrix, NodeVectors};
 use nodes::Nodes;
-use solver::Solver;
+use solver::ElasticSolver;
 
 /// Corners of cells along an axis of a box of the coarse level, a count; more where there would be too many boxes. Chosen: size of the
 /// coarse level against iterations.
@@ -36,7 +36,7 @@ const MOST_BOXES: usize = 2500;
 
 /// Weights of a displacement sensor over the temperatures of cells.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Weights {
+pub struct SensorWeights {
     /// Displacement per kelvin of each cell's warming, m/K.
     pub cells: Vec<(u32, f64)>,
     /// Iterations of the solution.
@@ -47,9 +47,9 @@ pub struct Weights {
 ///
 /// # Errors
 /// A part has no expansion or stiffness, or a shape that is not solved for; nothing holds the machine; the solution fails.
-pub fn weights(machine: &Machine, thermal: &Mesh) -> Result<Arc<Vec<Weights>>> {
+pub fn weights(machine: &Machine, thermal: &Mesh) -> Result<Arc<Vec<SensorWeights>>> {
     let wanted: Vec<&Displacement> =
-        machine.sensors.iter().filter_map(|s| if let Reading::Displacement(own) = &s.reads { Some(own) } else { None }).collect();
+        machine.sensors.iter().filter_map(|s| if let SensorReading::Displacement(own) = &s.reads { Some(own) } else { None }).collect();
     if wanted.is_empty() {
         return Ok(Arc::default());
     }
@@ -63,12 +63,12 @@ pub fn weights(machine: &Machine, thermal: &Mesh) -> Result<Arc<Vec<Weights>>> {
 struct Structure<'a> {
     mesh: &'a Mesh,
     nodes: Nodes<'a>,
-    bodies: Bodies,
+    bodies: ElasticBodies,
     /// Material of each part; zero for parts outside the structure.
-    solids: Vec<Solid>,
+    solids: Vec<ElasticConstants>,
     /// Number in the matrix of each corner; [`ABSENT`] where it takes no part.
     rows: Vec<u32>,
-    solver: Solver,
+    solver: ElasticSolver,
 }
 
 /// Marks corners of grids that take no part.
@@ -81,7 +81,7 @@ impl<'a> Structure<'a> {
         let grids = points.map(|((part, point), line)| grid_at(machine, mesh, part, point, line)).collect::<Result<Vec<_>>>()?;
         // The material of parts that take part is asked for below.
         let moduli: Vec<f64> = machine.parts.iter().map(|p| machine.materials[p.material].elastic.modulus.unwrap_or(1.0)).collect();
-        let bodies = Bodies::new(machine, mesh, &mut nodes, &grids, &moduli)?;
+        let bodies = ElasticBodies::new(machine, mesh, &mut nodes, &grids, &moduli)?;
         no_imports(machine, mesh, &bodies)?;
         let takes_part = |part: usize| mesh.grids.iter().enumerate().any(|(g, grid)| grid.part == part && bodies.has(g));
         let solids = (0..machine.parts.len()).map(|part| if takes_part(part) { solid(machine, mesh, part) } else { Ok(NOTHING) });
@@ -97,26 +97,26 @@ impl<'a> Structure<'a> {
         let mut matrix = assemble(mesh, &nodes, &bodies, &solids, &numbered)?;
         let loose = || Error::input("nothing holds a part of the structure").at_key("support").help("add [support.NAME] with its faces");
         matrix.hold(&held);
-        let solver = Solver::new(matrix.finished().ok_or_else(loose)?, &numbered.boxes, &numbered.points, &held)?;
+        let solver = ElasticSolver::new(matrix.finished().ok_or_else(loose)?, &numbered.boxes, &numbered.points, &held)?;
         Ok(Self { mesh, nodes, bodies, solids, rows: numbered.rows, solver })
     }
 
-    fn weights(&self, thermal: &Mesh, wanted: &[&Displacement]) -> Result<Vec<Weights>> {
+    fn weights(&self, thermal: &Mesh, wanted: &[&Displacement]) -> Result<Vec<SensorWeights>> {
         // A displacement opposite to another one has its weights with the other sign.
         let is_solved = |i: usize| !wanted[..i].iter().any(|other| is_turned(wanted[i], other));
         let turned = |i: usize| (0..i).find(|j| is_turned(wanted[i], wanted[*j]) && is_solved(*j));
-        let own: Vec<Option<Weights>> = (wanted.par_iter().enumerate())
+        let own: Vec<Option<SensorWeights>> = (wanted.par_iter().enumerate())
             .map(|(i, displacement)| {
                 if turned(i).is_some() {
                     return Ok(None);
                 }
                 let (field, iterations) = self.solver.solve(&self.forces(displacement))?;
-                Ok(Some(Weights { cells: self.pull(thermal, &field), iterations }))
+                Ok(Some(SensorWeights { cells: self.pull(thermal, &field), iterations }))
             })
             .collect::<Result<_>>()?;
         let of = |i: usize| match turned(i).map(|other| &own[other]) {
             Some(Some(other)) => {
-                Some(Weights { cells: other.cells.iter().map(|(cell, weight)| (*cell, -weight)).collect(), iterations: 0 })
+                Some(SensorWeights { cells: other.cells.iter().map(|(cell, weight)| (*cell, -weight)).collect(), iterations: 0 })
             }
             _ => own[i].clone(),
         };
@@ -124,7 +124,7 @@ impl<'a> Structure<'a> {
     }
 
     /// Unit forces at the point along its direction, and against it at the counterpart, N.
-    fn forces(&self, displacement: &Displacement) -> Field {
+    fn forces(&self, displacement: &Displacement) -> NodeVectors {
         let mut forces = vec![Vector3::zeros(); self.solver.len()];
         let ends = [Some((displacement.of, 1.0)), displacement.relative_to.map(|other| (other, -1.0))];
         for ((part, point), sign) in ends.into_iter().flatten() {
@@ -140,7 +140,7 @@ impl<'a> Structure<'a> {
     }
 
     /// Work of each cell's warming on displacements, m/K.
-    fn pull(&self, thermal: &Mesh, field: &Field) -> Vec<(u32, f64)> {
+    fn pull(&self, thermal: &Mesh, field: &NodeVectors) -> Vec<(u32, f64)> {
         let mut cells = vec![0.0; thermal.cells];
         for (g, grid) in self.mesh.grids.iter().enumerate().filter(|(g, _)| self.bodies.has(*g)) {
             let mut corners = vec![0.0; self.nodes.of_grid(g).count()];
@@ -171,7 +171,7 @@ impl<'a> Structure<'a> {
 }
 
 /// Material of parts outside the structure: zero.
-const NOTHING: Solid = Solid { modulus: 0.0, poisson: 0.0, expansion: 0.0 };
+const NOTHING: ElasticConstants = ElasticConstants { modulus: 0.0, poisson: 0.0, expansion: 0.0 };
 
 /// Whether two displacements are of the same points, in opposite senses.
 fn is_turned(a: &Displacement, b: &Displacement) -> bool {
@@ -197,7 +197,7 @@ fn grid_at(machine: &Machine, mesh: &Mesh, part: usize, point: [f64; 3], line: u
 }
 
 /// Refuses imported parts that carry blocks of the structure, or are carried by them.
-fn no_imports(machine: &Machine, mesh: &Mesh, bodies: &Bodies) -> Result<()> {
+fn no_imports(machine: &Machine, mesh: &Mesh, bodies: &ElasticBodies) -> Result<()> {
     for touch in &mesh.touches {
         let Other::Grid(g, _) = touch.other else { continue };
         let both = [mesh.tetra[touch.tetra].part, mesh.grids[g].part];
@@ -218,7 +218,7 @@ fn imported(name: &str) -> Error {
 }
 
 /// Material of a part.
-fn solid(machine: &Machine, mesh: &Mesh, part: usize) -> Result<Solid> {
+fn solid(machine: &Machine, mesh: &Mesh, part: usize) -> Result<ElasticConstants> {
     let own = &machine.parts[part];
     if mesh.grids_of(part).any(|(_, grid)| grid.is_spherical()) {
         return Err(Error::input(format!("'{}' is a sphere, and displacements are solved on boxes and cylinders", own.name))
@@ -237,7 +237,7 @@ fn solid(machine: &Machine, mesh: &Mesh, part: usize) -> Result<Solid> {
         })
     };
     let elastic = &material.elastic;
-    Ok(Solid {
+    Ok(ElasticConstants {
         modulus: wanted(elastic.modulus, "youngs_modulus", "\"210 GPa\"")?,
         poisson: wanted(elastic.poisson, "poisson_ratio", "0.3")?,
         expansion: wanted(elastic.expansion, "expansion", "\"11.5e-6 1/K\"")?,
@@ -255,7 +255,7 @@ struct Numbered {
 }
 
 /// Numbers the corners of grids that take part, and puts them into boxes.
-fn number(mesh: &Mesh, nodes: &Nodes<'_>, bodies: &Bodies) -> Numbered {
+fn number(mesh: &Mesh, nodes: &Nodes<'_>, bodies: &ElasticBodies) -> Numbered {
     let mut found = Numbered { rows: vec![ABSENT; nodes.len()], points: Vec::new(), boxes: Vec::new() };
     let taking_part = || (0..mesh.grids.len()).filter(|g| bodies.has(*g));
     let counts = |g: usize, size: usize| [0, 1, 2].map(|d| (mesh.grids[g].n(d) + 1).div_ceil(size));
@@ -283,7 +283,7 @@ fn number(mesh: &Mesh, nodes: &Nodes<'_>, bodies: &Bodies) -> Numbered {
 }
 
 /// The stiffness of cells and springs.
-fn assemble(mesh: &Mesh, nodes: &Nodes<'_>, bodies: &Bodies, solids: &[Solid], numbered: &Numbered) -> Result<Matrix> {
+fn assemble(mesh: &Mesh, nodes: &Nodes<'_>, bodies: &ElasticBodies, solids: &[ElasticConstants], numbered: &Numbered) -> Result<Matrix> {
     let grids = || mesh.grids.iter().enumerate().filter(|(g, _)| bodies.has(*g));
     let row = |node: u32| numbered.rows[node as usize];
     let cells: Vec<(usize, [usize; 3], [u32; 8])> =

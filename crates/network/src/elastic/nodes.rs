@@ -6,7 +6,7 @@ use super::element::{Corners, locate};
 use crate::mesh::Mesh;
 use crate::mesh::grid::{Grid, tangents};
 use coldplate_base::error::Result;
-use coldplate_describe::machine::{Machine, Shape, Side};
+use coldplate_describe::machine::{BlockShape, Machine, Side};
 
 /// Cells of a full turn, a count: chords then stand for arcs to 1 - cos(pi/40) = 0.3 % of the radius.
 const TURN: f64 = 40.0;
@@ -17,8 +17,8 @@ const TURN: f64 = 40.0;
 /// More cells than can be numbered.
 pub fn mesh(machine: &Machine, thermal: &Mesh) -> Result<Mesh> {
     let blocks = machine.parts.iter().flat_map(|p| &p.blocks);
-    let finer = |(n, block): ([usize; 3], &coldplate_describe::machine::Block)| match &block.shape {
-        Shape::Cylinder { turn, .. } => [n[0], n[1].max(((turn.1 - turn.0) / TAU * TURN).ceil() as usize), n[2]],
+    let finer = |(n, block): ([usize; 3], &coldplate_describe::machine::PartBlock)| match &block.shape {
+        BlockShape::Cylinder { turn, .. } => [n[0], n[1].max(((turn.1 - turn.0) / TAU * TURN).ceil() as usize), n[2]],
         _ => n,
     };
     let counts: Vec<[usize; 3]> = thermal.divisions().into_iter().zip(blocks).map(finer).collect();

@@ -8,7 +8,7 @@ use faer::sparse::{SparseColMat, Triplet};
 use nalgebra::{SMatrix, Vector3};
 use std::collections::HashMap;
 
-use super::matrix::{Field, Matrix};
+use super::matrix::{Matrix, NodeVectors};
 use coldplate_base::error::{Error, Result};
 
 /// Relative residual aimed at, dimensionless. Chosen: digits of displacements against iterations.
@@ -22,7 +22,7 @@ const SLACK: f64 = 1e-9;
 type Motions = SMatrix<f64, 3, 6>;
 
 /// A structure ready to be solved for any forces.
-pub struct Solver {
+pub struct ElasticSolver {
     matrix: Matrix,
     /// Box of each node, and the rigid motions of that box at the node.
     motions: Vec<(u32, Motions)>,
@@ -31,7 +31,7 @@ pub struct Solver {
     coarse: Llt<usize, f64>,
 }
 
-impl Solver {
+impl ElasticSolver {
     /// `boxes` says in which box each node is, `points` where it is (m); held directions take no part in rigid motions.
     ///
     /// # Errors
@@ -71,7 +71,7 @@ impl Solver {
     }
 
     /// Removes forces in held directions, where supports bear them.
-    pub fn free(&self, forces: &mut Field) {
+    pub fn free(&self, forces: &mut NodeVectors) {
         for (force, held) in forces.iter_mut().zip(&self.held) {
             (0..3).filter(|d| held[*d]).for_each(|d| force[d] = 0.0);
         }
@@ -81,7 +81,7 @@ impl Solver {
     ///
     /// # Errors
     /// The iteration does not converge.
-    pub fn solve(&self, forces: &Field) -> Result<(Field, usize)> {
+    pub fn solve(&self, forces: &NodeVectors) -> Result<(NodeVectors, usize)> {
         let n = self.matrix.len();
         let zero = || vec![Vector3::zeros(); n];
         let (mut x, mut r, mut direction, mut image) = (zero(), forces.clone(), zero(), zero());
@@ -110,7 +110,7 @@ impl Solver {
     }
 
     /// z = M r with a symmetric M near the inverse of the matrix.
-    fn precondition(&self, r: &Field, z: &mut Field, left: &mut Field) {
+    fn precondition(&self, r: &NodeVectors, z: &mut NodeVectors, left: &mut NodeVectors) {
         z.fill(Vector3::zeros());
         self.matrix.sweep(z, r, true);
         self.matrix.residual(z, r, left);
@@ -152,6 +152,6 @@ fn coarse(matrix: &Matrix, motions: &[(u32, Motions)], boxes: usize) -> Result<L
     small.sp_cholesky(Side::Lower).map_err(|_| failed())
 }
 
-fn dot(a: &Field, b: &Field) -> f64 {
+fn dot(a: &NodeVectors, b: &NodeVectors) -> f64 {
     a.iter().zip(b).map(|(a, b)| a.dot(b)).sum()
 }

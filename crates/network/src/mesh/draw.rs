@@ -5,7 +5,7 @@
 
 use std::f64::consts::FRAC_PI_4;
 
-use super::grid::{Frame, Grid};
+use super::grid::{Grid, LocalFrame};
 
 /// VTK's number of a hexahedron (VTK file formats).
 const HEXAHEDRON: u8 = 12;
@@ -37,7 +37,7 @@ impl Drawing {
         let mut drawing = Self::default();
         for (g, grid) in grids.iter().enumerate() {
             match grid.frame {
-                Frame::Spherical { centre } => drawing.sphere(g, grid, centre),
+                LocalFrame::Spherical { centre } => drawing.sphere(g, grid, centre),
                 _ => drawing.block(g, grid),
             }
         }

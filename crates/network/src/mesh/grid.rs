@@ -4,7 +4,7 @@
 //! (r, polar angle, azimuth), with one cell for all angles. Every geometric factor of the finite-volume network is a
 //! method here, so that no other file asks for the kind of a block.
 
-use coldplate_describe::machine::{Axis, Block, Shape, Side};
+use coldplate_describe::machine::{BlockShape, CoordinateAxis, PartBlock, Side};
 use std::f64::consts::{PI, TAU};
 
 /// A structured grid over one block.
@@ -17,20 +17,20 @@ pub struct Grid {
     /// Cell edges along the three local axes, ascending; m, or rad for theta.
     pub edges: [Vec<f64>; 3],
     /// The frame the local coordinates live in.
-    pub frame: Frame,
+    pub frame: LocalFrame,
     /// Number of the first cell in the mesh.
     pub first: usize,
 }
 
 /// Local coordinates of a grid.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Frame {
+pub enum LocalFrame {
     /// The machine's own (x, y, z).
     Cartesian,
     /// (r, theta, s) around a line parallel to a machine axis.
     Cylindrical {
         /// The axis.
-        axis: Axis,
+        axis: CoordinateAxis,
         /// Point where the line crosses the plane normal to it: the two other coordinates in cyclic order, m.
         centre: [f64; 2],
         /// Whether the turn is complete, so that the last cell in theta touches the first.
@@ -43,23 +43,23 @@ pub enum Frame {
     },
 }
 
-impl Frame {
+impl LocalFrame {
     /// The two machine axes normal to `axis`, in cyclic order: theta runs from the first to the second.
-    pub fn normals(axis: Axis) -> [usize; 2] {
+    pub fn normals(axis: CoordinateAxis) -> [usize; 2] {
         [(axis.index() + 1) % 3, (axis.index() + 2) % 3]
     }
 }
 
 /// Cell counts along the local axes for a block, for an element size (m).
-pub fn divisions(block: &Block, size: f64) -> [usize; 3] {
+pub fn divisions(block: &PartBlock, size: f64) -> [usize; 3] {
     let count = |length: f64, least: usize| ((length / size).ceil().min(1e6) as usize).max(least);
     let (lengths, least) = match &block.shape {
-        Shape::Box { min, max } => ([0, 1, 2].map(|d| max[d] - min[d]), [2, 2, 2]),
-        Shape::Cylinder { length, inner, outer, turn, .. } => {
+        BlockShape::Box { min, max } => ([0, 1, 2].map(|d| max[d] - min[d]), [2, 2, 2]),
+        BlockShape::Cylinder { length, inner, outer, turn, .. } => {
             let angle = turn.1 - turn.0;
             ([outer - inner, angle * (inner + outer) / 2.0, *length], [2, if angle > 0.99 * TAU { 4 } else { 2 }, 2])
         }
-        Shape::Sphere { inner, outer, .. } => return [block.cells[0].unwrap_or_else(|| count(outer - inner, 2)), 1, 1],
+        BlockShape::Sphere { inner, outer, .. } => return [block.cells[0].unwrap_or_else(|| count(outer - inner, 2)), 1, 1],
     };
     [0, 1, 2].map(|d| block.cells[d].unwrap_or_else(|| count(lengths[d], least[d])))
 }
@@ -71,17 +71,18 @@ fn uniform(low: f64, high: f64, n: usize) -> Vec<f64> {
 
 impl Grid {
     /// The grid of `block` with the given cell counts.
-    pub fn new(part: usize, index: usize, block: &Block, cells: [usize; 3], first: usize) -> Self {
+    pub fn new(part: usize, index: usize, block: &PartBlock, cells: [usize; 3], first: usize) -> Self {
         let (edges, frame) = match &block.shape {
-            Shape::Box { min, max } => ([0, 1, 2].map(|d| uniform(min[d], max[d], cells[d])), Frame::Cartesian),
-            Shape::Cylinder { axis, base, length, inner, outer, turn } => {
+            BlockShape::Box { min, max } => ([0, 1, 2].map(|d| uniform(min[d], max[d], cells[d])), LocalFrame::Cartesian),
+            BlockShape::Cylinder { axis, base, length, inner, outer, turn } => {
                 let s = base[axis.index()];
-                let [b, c] = Frame::normals(*axis);
-                let frame = Frame::Cylindrical { axis: *axis, centre: [base[b], base[c]], full_turn: turn.1 - turn.0 > TAU * (1.0 - 1e-9) };
+                let [b, c] = LocalFrame::normals(*axis);
+                let frame =
+                    LocalFrame::Cylindrical { axis: *axis, centre: [base[b], base[c]], full_turn: turn.1 - turn.0 > TAU * (1.0 - 1e-9) };
                 ([uniform(*inner, *outer, cells[0]), uniform(turn.0, turn.1, cells[1]), uniform(s, s + length, cells[2])], frame)
             }
-            Shape::Sphere { centre, inner, outer } => {
-                ([uniform(*inner, *outer, cells[0]), vec![0.0, PI], vec![0.0, TAU]], Frame::Spherical { centre: *centre })
+            BlockShape::Sphere { centre, inner, outer } => {
+                ([uniform(*inner, *outer, cells[0]), vec![0.0, PI], vec![0.0, TAU]], LocalFrame::Spherical { centre: *centre })
             }
         };
         Self { part, block: index, edges, frame, first }
@@ -128,7 +129,7 @@ impl Grid {
     pub fn centre(&self, d: usize, i: usize) -> f64 {
         let (low, high) = (self.edges[d][i], self.edges[d][i + 1]);
         match self.frame {
-            Frame::Spherical { .. } if d == 0 => {
+            LocalFrame::Spherical { .. } if d == 0 => {
                 // Both means with the common factor of the differences taken out, so that thin cells lose no digits.
                 let cubes = high * high + high * low + low * low;
                 if self.is_ball() {
@@ -149,20 +150,20 @@ impl Grid {
 
     /// Whether the local coordinates are (r, polar angle, azimuth).
     pub fn is_spherical(&self) -> bool {
-        matches!(self.frame, Frame::Spherical { .. })
+        matches!(self.frame, LocalFrame::Spherical { .. })
     }
 
     /// Whether the local coordinates are (r, theta, s).
     pub fn is_cylindrical(&self) -> bool {
-        matches!(self.frame, Frame::Cylindrical { .. })
+        matches!(self.frame, LocalFrame::Cylindrical { .. })
     }
 
     /// Whether the last cell along `d` touches the first.
     pub fn wraps(&self, d: usize) -> bool {
         match self.frame {
-            Frame::Cartesian => false,
-            Frame::Cylindrical { full_turn, .. } => d == 1 && full_turn,
-            Frame::Spherical { .. } => d > 0,
+            LocalFrame::Cartesian => false,
+            LocalFrame::Cylindrical { full_turn, .. } => d == 1 && full_turn,
+            LocalFrame::Spherical { .. } => d > 0,
         }
     }
 
@@ -180,17 +181,17 @@ impl Grid {
         let w = |d: usize| self.width(d, c[d]);
         let (ri, ro) = (self.edges[0][c[0]], self.edges[0][c[0] + 1]);
         match (self.frame, side) {
-            (Frame::Cartesian, _) => {
+            (LocalFrame::Cartesian, _) => {
                 let [p, q] = tangents(side.axis());
                 w(p) * w(q)
             }
-            (Frame::Cylindrical { .. }, Side::Low0) => ri * w(1) * w(2),
-            (Frame::Cylindrical { .. }, Side::High0) => ro * w(1) * w(2),
-            (Frame::Cylindrical { .. }, Side::Low1 | Side::High1) => w(0) * w(2),
-            (Frame::Cylindrical { .. }, Side::Low2 | Side::High2) => (ro * ro - ri * ri) / 2.0 * w(1),
-            (Frame::Spherical { .. }, Side::Low0) => 2.0 * TAU * ri * ri,
-            (Frame::Spherical { .. }, Side::High0) => 2.0 * TAU * ro * ro,
-            (Frame::Spherical { .. }, _) => 0.0, // the angles have no faces
+            (LocalFrame::Cylindrical { .. }, Side::Low0) => ri * w(1) * w(2),
+            (LocalFrame::Cylindrical { .. }, Side::High0) => ro * w(1) * w(2),
+            (LocalFrame::Cylindrical { .. }, Side::Low1 | Side::High1) => w(0) * w(2),
+            (LocalFrame::Cylindrical { .. }, Side::Low2 | Side::High2) => (ro * ro - ri * ri) / 2.0 * w(1),
+            (LocalFrame::Spherical { .. }, Side::Low0) => 2.0 * TAU * ri * ri,
+            (LocalFrame::Spherical { .. }, Side::High0) => 2.0 * TAU * ro * ro,
+            (LocalFrame::Spherical { .. }, _) => 0.0, // the angles have no faces
         }
     }
 
@@ -249,16 +250,16 @@ impl Grid {
     /// Machine coordinates (m) of a point in local coordinates.
     pub fn to_machine(&self, local: [f64; 3]) -> [f64; 3] {
         match self.frame {
-            Frame::Cartesian => local,
-            Frame::Cylindrical { axis, centre, .. } => {
-                let [b, c] = Frame::normals(axis);
+            LocalFrame::Cartesian => local,
+            LocalFrame::Cylindrical { axis, centre, .. } => {
+                let [b, c] = LocalFrame::normals(axis);
                 let mut point = [0.0; 3];
                 point[axis.index()] = local[2];
                 point[b] = centre[0] + local[0] * local[1].cos();
                 point[c] = centre[1] + local[0] * local[1].sin();
                 point
             }
-            Frame::Spherical { centre } => {
+            LocalFrame::Spherical { centre } => {
                 let ((sin, cos), (east, north)) = (local[1].sin_cos(), local[2].sin_cos());
                 let direction = [sin * north, sin * east, cos];
                 [0, 1, 2].map(|d| centre[d] + local[0] * direction[d])
@@ -270,15 +271,15 @@ impl Grid {
     /// the point does.
     pub fn to_local(&self, point: [f64; 3]) -> [f64; 3] {
         match self.frame {
-            Frame::Cartesian => point,
-            Frame::Cylindrical { axis, centre, .. } => {
-                let [b, c] = Frame::normals(axis);
+            LocalFrame::Cartesian => point,
+            LocalFrame::Cylindrical { axis, centre, .. } => {
+                let [b, c] = LocalFrame::normals(axis);
                 let (u, v) = (point[b] - centre[0], point[c] - centre[1]);
                 let start = self.edges[1][0];
                 let theta = start + (v.atan2(u) - start + 1e-12).rem_euclid(TAU) - 1e-12;
                 [u.hypot(v), theta, point[axis.index()]]
             }
-            Frame::Spherical { centre } => {
+            LocalFrame::Spherical { centre } => {
                 let [x, y, z] = [0, 1, 2].map(|d| point[d] - centre[d]);
                 [x.hypot(y).hypot(z), x.hypot(y).atan2(z), y.atan2(x).rem_euclid(TAU)]
             }
@@ -344,10 +345,10 @@ impl Grid {
     /// in shells, else the coordinate.
     fn scale(&self, d: usize, x: f64) -> f64 {
         match self.frame {
-            Frame::Cylindrical { .. } if d == 0 && self.edges[0][0] == 0.0 => x * x,
-            Frame::Cylindrical { .. } if d == 0 => x.ln(),
-            Frame::Spherical { .. } if d == 0 && self.is_ball() => x * x,
-            Frame::Spherical { .. } if d == 0 => -1.0 / x,
+            LocalFrame::Cylindrical { .. } if d == 0 && self.edges[0][0] == 0.0 => x * x,
+            LocalFrame::Cylindrical { .. } if d == 0 => x.ln(),
+            LocalFrame::Spherical { .. } if d == 0 && self.is_ball() => x * x,
+            LocalFrame::Spherical { .. } if d == 0 => -1.0 / x,
             _ => x,
         }
     }

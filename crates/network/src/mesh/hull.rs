@@ -3,7 +3,8 @@
 use std::f64::consts::TAU;
 
 use super::Mesh;
-use super::grid::{Frame, Grid};
+use super::grid::{Grid, LocalFrame};
+use coldplate_describe::machine::Side;
 
 /// Pieces around a full turn, a count. Chosen: roundness against the size of pictures.
 const AROUND: f64 = 36.0;
@@ -31,10 +32,8 @@ impl Mesh {
     pub fn hull(&self, most: usize) -> Vec<Facet> {
         let mut facets = Vec::new();
         for (body, grid) in self.grids.iter().enumerate() {
-            for d in 0..3 {
-                for high in [false, true] {
-                    side((body, grid), (d, high), most, &mut facets);
-                }
+            for end in Side::ALL {
+                side(body, grid, end, most, &mut facets);
             }
         }
         for (i, tetra) in self.tetra.iter().enumerate() {
@@ -57,8 +56,8 @@ impl Mesh {
 fn pieces(grid: &Grid, d: usize, most: usize) -> usize {
     let (low, high) = ends(grid, d);
     match grid.frame {
-        Frame::Cylindrical { .. } if d == 1 => ((high - low) / TAU * AROUND).ceil().max(1.0) as usize,
-        Frame::Spherical { .. } => {
+        LocalFrame::Cylindrical { .. } if d == 1 => ((high - low) / TAU * AROUND).ceil().max(1.0) as usize,
+        LocalFrame::Spherical { .. } => {
             if d == 1 {
                 AROUND as usize / 2
             } else {
@@ -73,9 +72,10 @@ fn ends(grid: &Grid, d: usize) -> (f64, f64) {
     (grid.edges[d][0], grid.edges[d][grid.n(d)])
 }
 
-/// The face of a grid at one end of its axis `d`.
-fn side((body, grid): (usize, &Grid), (d, high): (usize, bool), most: usize, facets: &mut Vec<Facet>) {
-    let radial = !matches!(grid.frame, Frame::Cartesian) && d == 0;
+/// One side of the grid of a block, whose number is `body`.
+fn side(body: usize, grid: &Grid, side: Side, most: usize, facets: &mut Vec<Facet>) {
+    let (d, high) = (side.axis(), side.is_high());
+    let radial = !matches!(grid.frame, LocalFrame::Cartesian) && d == 0;
     // Angles have no face where the turn is complete, and a solid has none at its axis.
     if grid.wraps(d) || radial && !high && ends(grid, 0).0 == 0.0 || grid.is_spherical() && d > 0 {
         return;

@@ -13,7 +13,7 @@ pub mod tetra;
 pub mod vtu;
 
 use coldplate_base::error::{Error, Result};
-use coldplate_describe::machine::{Face, Machine, Shape, Side};
+use coldplate_describe::machine::{BlockShape, Face, Machine, Side};
 use grid::{Grid, divisions};
 use overlap::{Overlap, overlaps};
 use tetra::Tetra;
@@ -24,7 +24,7 @@ const LEAST_OPEN: f64 = 1e-3;
 
 /// Two faces that touch.
 #[derive(Debug, Clone)]
-pub struct Interface {
+pub struct TouchingFaces {
     /// Index of the first grid, and its side.
     pub a: (usize, Side),
     /// Index of the second grid, and its side.
@@ -33,7 +33,7 @@ pub struct Interface {
     pub overlaps: Vec<Overlap>,
 }
 
-impl Interface {
+impl TouchingFaces {
     /// Shared area, m².
     pub fn area(&self) -> f64 {
         self.overlaps.iter().map(|o| o.area).sum()
@@ -48,7 +48,7 @@ pub struct Mesh {
     /// Resolved nodes in total: the cells of all grids, then the vertices of all imported parts.
     pub cells: usize,
     /// Touching faces.
-    pub interfaces: Vec<Interface>,
+    pub interfaces: Vec<TouchingFaces>,
     /// Imported parts, in the order of the parts.
     pub tetra: Vec<Tetra>,
     /// Touching areas of imported parts with blocks and with each other.
@@ -271,23 +271,23 @@ fn side_index(grid: &Grid, side: Side, cell: usize) -> usize {
 }
 
 /// The box around a block, m.
-pub fn bounds(shape: &Shape) -> ([f64; 3], [f64; 3]) {
+pub fn bounds(shape: &BlockShape) -> ([f64; 3], [f64; 3]) {
     match shape {
-        Shape::Box { min, max } => (*min, *max),
-        Shape::Cylinder { axis, base, length, outer, .. } => {
+        BlockShape::Box { min, max } => (*min, *max),
+        BlockShape::Cylinder { axis, base, length, outer, .. } => {
             let (mut low, mut high) = (base.map(|x| x - outer), base.map(|x| x + outer));
             low[axis.index()] = base[axis.index()];
             high[axis.index()] = base[axis.index()] + length;
             (low, high)
         }
-        Shape::Sphere { centre, outer, .. } => (centre.map(|x| x - outer), centre.map(|x| x + outer)),
+        BlockShape::Sphere { centre, outer, .. } => (centre.map(|x| x - outer), centre.map(|x| x + outer)),
     }
 }
 
 /// Touching areas of imported parts with blocks and with each other.
 fn find_touches(machine: &Machine, mesh: &Mesh) -> Vec<Touch> {
     let mut found = Vec::new();
-    let mut push = |tetra: usize, other: Other, pieces: Vec<touch::Piece>| {
+    let mut push = |tetra: usize, other: Other, pieces: Vec<touch::SharedArea>| {
         if !pieces.is_empty() {
             found.push(Touch { tetra, other, pieces });
         }
@@ -311,7 +311,7 @@ fn find_touches(machine: &Machine, mesh: &Mesh) -> Vec<Touch> {
     found
 }
 
-fn find_interfaces(machine: &Machine, grids: &[Grid]) -> Vec<Interface> {
+fn find_interfaces(machine: &Machine, grids: &[Grid]) -> Vec<TouchingFaces> {
     let bounds: Vec<_> = grids.iter().map(|g| bounds(&machine.parts[g.part].blocks[g.block].shape)).collect();
     let near = |a: usize, b: usize| {
         (0..3).all(|d| bounds[a].0[d] <= bounds[b].1[d] + overlap::TOUCHING && bounds[b].0[d] <= bounds[a].1[d] + overlap::TOUCHING)
@@ -323,7 +323,7 @@ fn find_interfaces(machine: &Machine, grids: &[Grid]) -> Vec<Interface> {
                 for side_b in Side::ALL {
                     let overlaps = overlaps(&grids[a], side_a, &grids[b], side_b);
                     if !overlaps.is_empty() {
-                        found.push(Interface { a: (a, side_a), b: (b, side_b), overlaps });
+                        found.push(TouchingFaces { a: (a, side_a), b: (b, side_b), overlaps });
                     }
                 }
             }

@@ -2,8 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use super::grid::{Frame, Grid, tangents};
-use coldplate_describe::machine::{Axis, Side};
+use super::grid::{Grid, LocalFrame, tangents};
+use coldplate_describe::machine::{CoordinateAxis, Side};
 
 /// Faces closer than this touch, m. Chosen: gaps against rounding of coordinates.
 pub const TOUCHING: f64 = 1e-6;
@@ -21,29 +21,45 @@ pub struct Overlap {
     pub point: [f64; 3],
 }
 
-/// Overlaps of two ascending edge lists: (index in the first, index in the second, low, high).
-fn intervals(a: &[f64], b: &[f64], shift: f64) -> Vec<(usize, usize, f64, f64)> {
+/// A stretch that two cells share along an axis.
+struct Stretch {
+    /// Index of the cell of the first grid.
+    a: usize,
+    /// Index of the cell of the second grid.
+    b: usize,
+    low: f64,
+    high: f64,
+}
+
+/// Stretches shared along a tangential axis.
+struct Shared {
+    axis: usize,
+    stretches: Vec<Stretch>,
+}
+
+/// Overlaps of two ascending edge lists.
+fn intervals(a: &[f64], b: &[f64], shift: f64) -> Vec<Stretch> {
     let (mut i, mut j, mut found) = (0, 0, Vec::new());
     while i + 1 < a.len() && j + 1 < b.len() {
         let (low, high) = (a[i].max(b[j] + shift), a[i + 1].min(b[j + 1] + shift));
         if high - low > 1e-9 * (a[i + 1] - a[i]) {
-            found.push((i, j, low, high));
+            found.push(Stretch { a: i, b: j, low, high });
         }
         if a[i + 1] < b[j + 1] + shift { i += 1 } else { j += 1 }
     }
     found
 }
 
-/// Overlaps of two lists of angles (rad), in the form of [`intervals`]: the second list is also tried one turn earlier and later.
-fn angles(a: &[f64], b: &[f64]) -> Vec<(usize, usize, f64, f64)> {
+/// Overlaps of two ascending lists of angles (rad): the second list is also tried one turn earlier and later.
+fn angles(a: &[f64], b: &[f64]) -> Vec<Stretch> {
     [-TAU, 0.0, TAU].iter().flat_map(|shift| intervals(a, b, *shift)).collect()
 }
 
 /// Shared areas of `a`'s face `side_a` and `b`'s face `side_b`; empty where they do not touch.
 pub fn overlaps(a: &Grid, side_a: Side, b: &Grid, side_b: Side) -> Vec<Overlap> {
     match (a.frame, b.frame) {
-        (Frame::Cartesian, Frame::Cartesian) => boxes(a, side_a, b, side_b),
-        (Frame::Cylindrical { axis: aa, centre: ca, .. }, Frame::Cylindrical { axis: ab, centre: cb, .. }) => {
+        (LocalFrame::Cartesian, LocalFrame::Cartesian) => boxes(a, side_a, b, side_b),
+        (LocalFrame::Cylindrical { axis: aa, centre: ca, .. }, LocalFrame::Cylindrical { axis: ab, centre: cb, .. }) => {
             let coaxial = aa == ab && (ca[0] - cb[0]).hypot(ca[1] - cb[1]) < TOUCHING;
             if coaxial {
                 coaxials(a, side_a, b, side_b)
@@ -54,20 +70,21 @@ pub fn overlaps(a: &Grid, side_a: Side, b: &Grid, side_b: Side) -> Vec<Overlap> 
                 Vec::new()
             }
         }
-        (Frame::Spherical { centre: ca }, Frame::Spherical { centre: cb }) => {
+        (LocalFrame::Spherical { centre: ca }, LocalFrame::Spherical { centre: cb }) => {
             let apart = (0..3).map(|d| (ca[d] - cb[d]).powi(2)).sum::<f64>().sqrt();
             if apart < TOUCHING { shells(a, side_a, b, side_b) } else { Vec::new() }
         }
         // A sphere touches a box or a cylinder in a point or a line, which has no area.
-        (Frame::Spherical { .. }, _) | (_, Frame::Spherical { .. }) => Vec::new(),
-        (Frame::Cylindrical { .. }, Frame::Cartesian) => ends(a, side_a, b, side_b, false),
-        (Frame::Cartesian, Frame::Cylindrical { .. }) => {
+        (LocalFrame::Spherical { .. }, _) | (_, LocalFrame::Spherical { .. }) => Vec::new(),
+        (LocalFrame::Cylindrical { .. }, LocalFrame::Cartesian) => ends(a, side_a, b, side_b, false),
+        (LocalFrame::Cartesian, LocalFrame::Cylindrical { .. }) => {
             ends(b, side_b, a, side_a, false).into_iter().map(|o| Overlap { a: o.b, b: o.a, ..o }).collect()
         }
     }
 }
 
-pub(super) fn face_position(grid: &Grid, side: Side) -> f64 {
+/// Position of a side along its axis: m, or rad.
+pub(crate) fn face_position(grid: &Grid, side: Side) -> f64 {
     let d = side.axis();
     if side.is_high() { grid.edges[d][grid.n(d)] } else { grid.edges[d][0] }
 }
@@ -87,9 +104,7 @@ fn boxes(a: &Grid, side_a: Side, b: &Grid, side_b: Side) -> Vec<Overlap> {
         return Vec::new();
     }
     let [p, q] = tangents(d);
-    let along_p = intervals(&a.edges[p], &b.edges[p], 0.0);
-    let along_q = intervals(&a.edges[q], &b.edges[q], 0.0);
-    product(a, side_a, b, side_b, (p, &along_p), (q, &along_q), |lp, lq| lp * lq)
+    product(a, side_a, b, side_b, &straight(a, b, p), &straight(a, b, q), |lp, lq| lp * lq)
 }
 
 /// Product of the overlaps along two tangential axes; `area` takes the two measures.
@@ -98,26 +113,37 @@ fn product(
     side_a: Side,
     b: &Grid,
     side_b: Side,
-    (p, along_p): (usize, &[(usize, usize, f64, f64)]),
-    (q, along_q): (usize, &[(usize, usize, f64, f64)]),
+    along_p: &Shared,
+    along_q: &Shared,
     area: impl Fn(f64, f64) -> f64,
 ) -> Vec<Overlap> {
-    let mut found = Vec::with_capacity(along_p.len() * along_q.len());
-    for &(jp, kp, lp, hp) in along_p {
-        for &(jq, kq, lq, hq) in along_q {
+    let (p, q) = (along_p.axis, along_q.axis);
+    let mut found = Vec::with_capacity(along_p.stretches.len() * along_q.stretches.len());
+    for Stretch { a: jp, b: kp, low: lp, high: hp } in &along_p.stretches {
+        for Stretch { a: jq, b: kq, low: lq, high: hq } in &along_q.stretches {
             let measure_p = if p == 0 && a.is_cylindrical() && q == 1 { (hp * hp - lp * lp) / 2.0 } else { hp - lp };
             let mut local = [face_position(a, side_a); 3];
             local[p] = (lp + hp) / 2.0;
             local[q] = (lq + hq) / 2.0;
             found.push(Overlap {
-                a: face_cell(a, side_a, p, jp, q, jq),
-                b: face_cell(b, side_b, p, kp, q, kq),
+                a: face_cell(a, side_a, p, *jp, q, *jq),
+                b: face_cell(b, side_b, p, *kp, q, *kq),
                 area: area(measure_p, hq - lq),
                 point: a.to_machine(local),
             });
         }
     }
     found
+}
+
+/// Stretches that the edges of two grids share along an axis that is straight or radial.
+fn straight(a: &Grid, b: &Grid, axis: usize) -> Shared {
+    Shared { axis, stretches: intervals(&a.edges[axis], &b.edges[axis], 0.0) }
+}
+
+/// Angles that two cylinders share.
+fn around(a: &Grid, b: &Grid) -> Shared {
+    Shared { axis: 1, stretches: angles(&a.edges[1], &b.edges[1]) }
 }
 
 /// Concentric shells, one inside the other: one cell of each.
@@ -147,25 +173,16 @@ fn coaxials(a: &Grid, side_a: Side, b: &Grid, side_b: Side) -> Vec<Overlap> {
         return Vec::new();
     }
     match d {
-        0 => {
-            let (theta, s) = (angles(&a.edges[1], &b.edges[1]), intervals(&a.edges[2], &b.edges[2], 0.0));
-            product(a, side_a, b, side_b, (1, &theta), (2, &s), |t, l| pa * t * l)
-        }
-        1 => {
-            let (r, s) = (intervals(&a.edges[0], &b.edges[0], 0.0), intervals(&a.edges[2], &b.edges[2], 0.0));
-            product(a, side_a, b, side_b, (0, &r), (2, &s), |r, l| r * l)
-        }
-        _ => {
-            let (r, theta) = (intervals(&a.edges[0], &b.edges[0], 0.0), angles(&a.edges[1], &b.edges[1]));
-            product(a, side_a, b, side_b, (0, &r), (1, &theta), |r2, t| r2 * t)
-        }
+        0 => product(a, side_a, b, side_b, &around(a, b), &straight(a, b, 2), |t, l| pa * t * l),
+        1 => product(a, side_a, b, side_b, &straight(a, b, 0), &straight(a, b, 2), |r, l| r * l),
+        _ => product(a, side_a, b, side_b, &straight(a, b, 0), &around(a, b), |r2, t| r2 * t),
     }
 }
 
 /// The end face of cylinder `a` against a plane face of `b`: polygons of the annular tiles clipped to
 /// `b`'s rectangles. With `polar`, `b` is a cylinder too and its tiles are clipped by quadrature.
 fn ends(a: &Grid, side_a: Side, b: &Grid, side_b: Side, polar: bool) -> Vec<Overlap> {
-    let Frame::Cylindrical { axis, .. } = a.frame else { return Vec::new() };
+    let LocalFrame::Cylindrical { axis, .. } = a.frame else { return Vec::new() };
     let normal_b = if polar { 2 } else { axis.index() };
     let touching = side_a.axis() == 2
         && side_b.axis() == normal_b
@@ -174,7 +191,7 @@ fn ends(a: &Grid, side_a: Side, b: &Grid, side_b: Side, polar: bool) -> Vec<Over
     if !touching {
         return Vec::new();
     }
-    let [u, v] = Frame::normals(axis);
+    let [u, v] = LocalFrame::normals(axis);
     let mut found = Vec::new();
     for c in a.side_cells(side_a) {
         let area = a.face_area(c, side_a);
@@ -214,8 +231,8 @@ fn ends(a: &Grid, side_a: Side, b: &Grid, side_b: Side, polar: bool) -> Vec<Over
 }
 
 /// A point in the plane normal to `axis`, given by the two other coordinates in cyclic order.
-fn in_plane(axis: Axis, [u, v]: [f64; 2], plane: f64) -> [f64; 3] {
-    let [du, dv] = Frame::normals(axis);
+fn in_plane(axis: CoordinateAxis, [u, v]: [f64; 2], plane: f64) -> [f64; 3] {
+    let [du, dv] = LocalFrame::normals(axis);
     let mut point = [plane; 3];
     (point[du], point[dv]) = (u, v);
     point
@@ -233,7 +250,7 @@ fn scatter(a: &Grid, c: [usize; 3], b: &Grid, side_b: Side) -> Vec<(usize, f64, 
         for j in 0..N {
             let theta = a.edges[1][c[1]] + a.width(1, c[1]) * (j as f64 + 0.5) / N as f64;
             let mut point = a.to_machine([r, theta, 0.0]);
-            let Frame::Cylindrical { axis, .. } = b.frame else { continue };
+            let LocalFrame::Cylindrical { axis, .. } = b.frame else { continue };
             point[axis.index()] = face_position(b, side_b);
             if !b.contains(point, 0.0) {
                 continue;
@@ -241,7 +258,7 @@ fn scatter(a: &Grid, c: [usize; 3], b: &Grid, side_b: Side) -> Vec<(usize, f64, 
             let mut at = b.locate(point);
             at[2] = if side_b.is_high() { b.n(2) - 1 } else { 0 };
             let cell = b.cell(at);
-            let [u, v] = Frame::normals(axis).map(|d| point[d]);
+            let [u, v] = LocalFrame::normals(axis).map(|d| point[d]);
             match shares.iter_mut().find(|(known, _, _)| *known == cell) {
                 Some((_, share, sum)) => {
                     *share += 1.0 / (N * N) as f64;

@@ -10,7 +10,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::Mesh;
-use super::grid::Frame;
+use super::grid::LocalFrame;
 use coldplate_base::error::{Error, Result};
 use coldplate_describe::machine::{Channel, Side};
 
@@ -36,7 +36,7 @@ pub struct Station {
 
 /// A straight piece of a channel, about one cell long.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Piece {
+pub struct ChannelPiece {
     /// Beginning of the leg of the path that it is cut from, m.
     start: [f64; 3],
     /// Vector from there to the leg's end, m.
@@ -49,7 +49,7 @@ pub struct Piece {
     pub length: f64,
 }
 
-impl Piece {
+impl ChannelPiece {
     /// A point on its axis: 0 where it begins, 1 where it ends.
     pub fn at(&self, share: f64) -> [f64; 3] {
         let t = self.span.0 + (self.span.1 - self.span.0) * share;
@@ -77,7 +77,7 @@ impl Piece {
 }
 
 /// The straight pieces of a channel, one for each of its stations; none of a bore.
-pub fn pieces(mesh: &Mesh, channel: &Channel) -> Vec<Piece> {
+pub fn pieces(mesh: &Mesh, channel: &Channel) -> Vec<ChannelPiece> {
     let mut found = Vec::new();
     for leg in channel.path.windows(2).filter(|_| !channel.is_bore) {
         let along = [0, 1, 2].map(|d| leg[1][d] - leg[0][d]);
@@ -91,7 +91,7 @@ pub fn pieces(mesh: &Mesh, channel: &Channel) -> Vec<Piece> {
         let count = ((length / step - 1e-6).ceil() as usize).max(1);
         let piece = |i: usize| {
             let span = (i as f64 / count as f64, (i + 1) as f64 / count as f64);
-            Piece { start: leg[0], along, span, direction, length: length / count as f64 }
+            ChannelPiece { start: leg[0], along, span, direction, length: length / count as f64 }
         };
         found.extend((0..count).map(piece));
     }
@@ -126,7 +126,7 @@ fn bore(mesh: &Mesh, channel: &Channel) -> Vec<Station> {
             let shape = grid.half_length([0, 0, k], Side::Low0) / (std::f64::consts::PI * channel.diameter);
             found.push(Station { length: grid.width(2, k), cells, shape, across: [1.0, 0.0, 0.0] });
         }
-        let Frame::Cylindrical { axis, .. } = grid.frame else { continue };
+        let LocalFrame::Cylindrical { axis, .. } = grid.frame else { continue };
         if channel.path.first().zip(channel.path.last()).is_some_and(|(first, last)| first[axis.index()] > last[axis.index()]) {
             found.reverse();
         }
@@ -141,17 +141,17 @@ fn local_width(mesh: &Mesh, channel: &Channel, point: [f64; 3], direction: [f64;
     let c = grid.locate(point);
     let (low, high) = ([0, 1, 2].map(|d| grid.edges[d][c[d]]), [0, 1, 2].map(|d| grid.edges[d][c[d] + 1]));
     match grid.frame {
-        Frame::Cartesian => {
+        LocalFrame::Cartesian => {
             // The distance after which a line in this direction has crossed about one cell.
             (0..3).map(|d| (high[d] - low[d]) / direction[d].abs().max(1e-9)).fold(f64::INFINITY, f64::min)
         }
         // The machine file lets no channel into a sphere; its cells are shells.
-        Frame::Spherical { .. } => high[0] - low[0],
-        Frame::Cylindrical { .. } => (high[0] - low[0]).min((high[1] - low[1]) * high[0]).min(high[2] - low[2]),
+        LocalFrame::Spherical { .. } => high[0] - low[0],
+        LocalFrame::Cylindrical { .. } => (high[0] - low[0]).min((high[1] - low[1]) * high[0]).min(high[2] - low[2]),
     }
 }
 
-fn station(mesh: &Mesh, channel: &Channel, part_name: &str, piece: &Piece) -> Result<Station> {
+fn station(mesh: &Mesh, channel: &Channel, part_name: &str, piece: &ChannelPiece) -> Result<Station> {
     let radius = channel.diameter / 2.0;
     let [e1, e2] = piece.normals();
     let mut cells: Vec<(usize, f64)> = Vec::new();
@@ -186,16 +186,16 @@ fn station(mesh: &Mesh, channel: &Channel, part_name: &str, piece: &Piece) -> Re
 }
 
 /// Weights of the axes across a direction: half for each of two axes normal to it.
-fn across(frame: Frame, direction: [f64; 3]) -> [f64; 3] {
+fn across(frame: LocalFrame, direction: [f64; 3]) -> [f64; 3] {
     match frame {
-        Frame::Cartesian => direction.map(|e| (1.0 - e * e) / 2.0),
-        Frame::Cylindrical { axis, .. } => {
+        LocalFrame::Cartesian => direction.map(|e| (1.0 - e * e) / 2.0),
+        LocalFrame::Cylindrical { axis, .. } => {
             // The part across the axis is taken to run as much in r as in theta.
             let along = direction[axis.index()] * direction[axis.index()];
             let radial = (1.0 - (1.0 - along) / 2.0) / 2.0;
             [radial, radial, (1.0 - along) / 2.0]
         }
-        Frame::Spherical { .. } => [1.0, 0.0, 0.0],
+        LocalFrame::Spherical { .. } => [1.0, 0.0, 0.0],
     }
 }
 

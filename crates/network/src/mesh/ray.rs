@@ -3,23 +3,23 @@
 use std::f64::consts::TAU;
 
 use super::bounds;
-use super::grid::Frame;
+use super::grid::LocalFrame;
 use coldplate_base::vector::{cross, dot, minus};
-use coldplate_describe::machine::{Shape, Side};
+use coldplate_describe::machine::{BlockShape, Side};
 
 /// Most solids in a leaf of the tree, a count. Chosen: depth of the tree against tests in a leaf.
 const LEAF: usize = 3;
 
 /// An obstacle of rays.
 #[derive(Debug, Clone)]
-pub enum Solid {
+pub enum Obstacle {
     /// A block.
-    Block(Shape),
+    Block(BlockShape),
     /// A triangle of the boundary of an imported part: its corners, m. It has two faces and no sides.
     Triangle([[f64; 3]; 3]),
 }
 
-impl Solid {
+impl Obstacle {
     /// The box around it, m.
     fn bounds(&self) -> ([f64; 3], [f64; 3]) {
         match self {
@@ -40,7 +40,7 @@ impl Solid {
 /// The blocks and imported boundaries of a machine in a tree of boxes around them.
 #[derive(Debug, Clone)]
 pub struct Scene {
-    solids: Vec<Solid>,
+    solids: Vec<Obstacle>,
     /// Indices of the solids, leaf by leaf.
     order: Vec<usize>,
     /// The root comes first.
@@ -65,7 +65,7 @@ enum Inside {
 
 impl Scene {
     /// The scene of some solids; hits name them by their index.
-    pub fn new(solids: Vec<Solid>) -> Self {
+    pub fn new(solids: Vec<Obstacle>) -> Self {
         let mut scene = Self { order: (0..solids.len()).collect(), solids, nodes: Vec::new() };
         if !scene.solids.is_empty() {
             scene.grow(0..scene.solids.len());
@@ -154,17 +154,17 @@ fn meets(node: &Node, origin: [f64; 3], inverse: [f64; 3], reach: f64) -> bool {
 }
 
 /// Side and distance at which a ray from outside a shape meets its surface.
-fn hit(shape: &Shape, origin: [f64; 3], direction: [f64; 3]) -> Option<(Side, f64)> {
+fn hit(shape: &BlockShape, origin: [f64; 3], direction: [f64; 3]) -> Option<(Side, f64)> {
     match shape {
-        Shape::Box { min, max } => box_hit(min, max, origin, direction),
-        Shape::Cylinder { axis, base, length, inner, outer, turn } => {
-            let [u, v] = Frame::normals(*axis);
+        BlockShape::Box { min, max } => box_hit(min, max, origin, direction),
+        BlockShape::Cylinder { axis, base, length, inner, outer, turn } => {
+            let [u, v] = LocalFrame::normals(*axis);
             let z = axis.index();
             let local = |p: [f64; 3], b: [f64; 3]| [p[u] - b[u], p[v] - b[v], p[z] - b[z]];
             let tube = Tube { length: *length, inner: *inner, outer: *outer, turn: *turn };
             tube.hit(local(origin, *base), local(direction, [0.0; 3]))
         }
-        Shape::Sphere { centre, inner, outer } => {
+        BlockShape::Sphere { centre, inner, outer } => {
             let from = [0, 1, 2].map(|d| origin[d] - centre[d]);
             let (a, b) = (dot(direction, direction), dot(from, direction));
             let nearest = |side: Side, radius: f64| {

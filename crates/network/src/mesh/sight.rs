@@ -9,9 +9,9 @@ use std::f64::consts::TAU;
 
 use rayon::prelude::*;
 
-use super::grid::{Frame, Grid, tangents};
+use super::grid::{Grid, LocalFrame, tangents};
 use super::overlap::TOUCHING;
-use super::ray::{Scene, Solid};
+use super::ray::{Obstacle, Scene};
 use super::{Mesh, bounds};
 use coldplate_describe::machine::{Machine, Side};
 
@@ -24,7 +24,7 @@ const COVER: f64 = 2.0 * TOUCHING;
 
 /// A piece of a block's side, in the two local coordinates along it ([`tangents`]).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Facet {
+pub struct SidePiece {
     /// Index of the grid.
     pub grid: usize,
     /// Side of its block.
@@ -37,7 +37,7 @@ pub struct Facet {
 
 /// View of a surface.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Seen {
+pub struct SurfaceView {
     /// Share of its rays that arrive at each surface.
     pub share: Vec<f64>,
     /// Standard error of each share.
@@ -50,16 +50,16 @@ pub struct Seen {
     pub open: f64,
 }
 
-impl Facet {
+impl SidePiece {
     /// Area, m².
     pub fn area(&self, grid: &Grid) -> f64 {
         let [p, q] = [0, 1].map(|i| self.high[i] - self.low[i]);
         let radius = || grid.edges[0][if self.side.is_high() { grid.n(0) } else { 0 }];
         match (grid.frame, self.side.axis()) {
-            (Frame::Cartesian, _) | (Frame::Cylindrical { .. }, 1) => p * q,
-            (Frame::Cylindrical { .. }, 0) => radius() * p * q,
-            (Frame::Cylindrical { .. }, _) => (self.high[0] * self.high[0] - self.low[0] * self.low[0]) / 2.0 * q,
-            (Frame::Spherical { .. }, _) => radius() * radius() * (self.low[0].cos() - self.high[0].cos()) * q,
+            (LocalFrame::Cartesian, _) | (LocalFrame::Cylindrical { .. }, 1) => p * q,
+            (LocalFrame::Cylindrical { .. }, 0) => radius() * p * q,
+            (LocalFrame::Cylindrical { .. }, _) => (self.high[0] * self.high[0] - self.low[0] * self.low[0]) / 2.0 * q,
+            (LocalFrame::Spherical { .. }, _) => radius() * radius() * (self.low[0].cos() - self.high[0].cos()) * q,
         }
     }
 
@@ -71,11 +71,11 @@ impl Facet {
         let mut local = [0.0; 3];
         local[axis] = grid.edges[axis][if self.side.is_high() { grid.n(axis) } else { 0 }];
         (local[p], local[q]) = match (grid.frame, axis) {
-            (Frame::Cylindrical { .. }, 2) => {
+            (LocalFrame::Cylindrical { .. }, 2) => {
                 let (a, b) = (self.low[0] * self.low[0], self.high[0] * self.high[0]);
                 ((a + u * (b - a)).sqrt(), between(1, v))
             }
-            (Frame::Spherical { .. }, _) => {
+            (LocalFrame::Spherical { .. }, _) => {
                 let (a, b) = (self.low[0].cos(), self.high[0].cos());
                 ((a + u * (b - a)).clamp(-1.0, 1.0).acos(), between(1, v))
             }
@@ -84,9 +84,9 @@ impl Facet {
         let sign = if self.side.is_high() { 1.0 } else { -1.0 };
         let mut normal = [0.0; 3];
         match grid.frame {
-            Frame::Cartesian => normal[axis] = sign,
-            Frame::Cylindrical { axis: along, .. } => {
-                let [a, b] = Frame::normals(along);
+            LocalFrame::Cartesian => normal[axis] = sign,
+            LocalFrame::Cylindrical { axis: along, .. } => {
+                let [a, b] = LocalFrame::normals(along);
                 let (sin, cos) = local[1].sin_cos();
                 match axis {
                     0 => (normal[a], normal[b]) = (sign * cos, sign * sin),
@@ -94,7 +94,7 @@ impl Facet {
                     _ => normal[along.index()] = sign,
                 }
             }
-            Frame::Spherical { .. } => {
+            LocalFrame::Spherical { .. } => {
                 let ((sin, cos), (east, north)) = (local[1].sin_cos(), local[2].sin_cos());
                 normal = [sign * sin * north, sign * sin * east, sign * cos];
             }
@@ -111,7 +111,7 @@ struct Owners<'a> {
     /// The box around each imported part.
     imported: Vec<([f64; 3], [f64; 3])>,
     /// For each grid and side: surface and facet.
-    sides: Vec<[Vec<(usize, Facet)>; 6]>,
+    sides: Vec<[Vec<(usize, SidePiece)>; 6]>,
 }
 
 impl Owners<'_> {
@@ -132,7 +132,7 @@ impl Owners<'_> {
                 let local = self.mesh.grids[solid].to_local(point);
                 let [p, q] = tangents(side.axis());
                 // Rounding may put a point on a border just outside both: it goes to the nearest.
-                let outside = |f: &Facet| {
+                let outside = |f: &SidePiece| {
                     let away = |i: usize, x: f64| ((f.low[i] - x).max(x - f.high[i]) / (f.high[i] - f.low[i])).max(0.0);
                     away(0, local[p]).max(away(1, local[q]))
                 };
@@ -144,12 +144,12 @@ impl Owners<'_> {
 
 /// Sends rays from each surface that is `wanted`, at least as many as `rays` and a power of two per batch; a surface
 /// is a list of facets.
-pub fn look(machine: &Machine, mesh: &Mesh, surfaces: &[Vec<Facet>], wanted: &[bool], rays: usize) -> Vec<Option<Seen>> {
+pub fn look(machine: &Machine, mesh: &Mesh, surfaces: &[Vec<SidePiece>], wanted: &[bool], rays: usize) -> Vec<Option<SurfaceView>> {
     let blocks = mesh.grids.iter().map(|g| &machine.parts[g.part].blocks[g.block].shape);
     let around = blocks.clone().map(bounds).collect();
     let triangles = mesh.tetra.iter().flat_map(|t| (0..t.body.faces.len()).map(|face| t.triangle(face)));
-    let scene = Scene::new(blocks.cloned().map(Solid::Block).chain(triangles.map(Solid::Triangle)).collect());
-    let mut sides: Vec<[Vec<(usize, Facet)>; 6]> = vec![Default::default(); mesh.grids.len()];
+    let scene = Scene::new(blocks.cloned().map(Obstacle::Block).chain(triangles.map(Obstacle::Triangle)).collect());
+    let mut sides: Vec<[Vec<(usize, SidePiece)>; 6]> = vec![Default::default(); mesh.grids.len()];
     for (s, facets) in surfaces.iter().enumerate() {
         for facet in facets {
             sides[facet.grid][facet.side as usize].push((s, *facet));
@@ -178,7 +178,7 @@ impl Count {
     }
 }
 
-fn count(scene: &Scene, owners: &Owners<'_>, facets: &[Facet], surfaces: usize, batch: usize, rays: usize) -> Count {
+fn count(scene: &Scene, owners: &Owners<'_>, facets: &[SidePiece], surfaces: usize, batch: usize, rays: usize) -> Count {
     let mut count = Count { arrived: vec![0; surfaces], escaped: 0, strayed: 0 };
     let grids = &owners.mesh.grids;
     let areas: Vec<f64> = facets.iter().map(|f| f.area(&grids[f.grid])).collect();
@@ -222,7 +222,7 @@ fn cosine(normal: [f64; 3], u: f64, v: f64) -> [f64; 3] {
     [0, 1, 2].map(|d| sin * (c * e1[d] + s * e2[d]) + cos * normal[d])
 }
 
-fn gather(batches: &[Count], surfaces: usize, each: usize) -> Seen {
+fn gather(batches: &[Count], surfaces: usize, each: usize) -> SurfaceView {
     let sent: u64 = batches.iter().map(|b| u64::from(b.sent())).sum();
     let share = |f: &dyn Fn(&Count) -> u32| {
         if sent == 0 { 0.0 } else { batches.iter().map(|b| u64::from(f(b))).sum::<u64>() as f64 / sent as f64 }
@@ -233,7 +233,7 @@ fn gather(batches: &[Count], surfaces: usize, each: usize) -> Seen {
         let square: f64 = shares.iter().map(|s| (s - mean).powi(2)).sum();
         (square / (shares.len() * (shares.len() - 1)) as f64).sqrt()
     };
-    Seen {
+    SurfaceView {
         share: (0..surfaces).map(|j| share(&|b| b.arrived[j])).collect(),
         error: (0..surfaces).map(error).collect(),
         escaped: share(&|b| b.escaped),

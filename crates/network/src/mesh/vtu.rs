@@ -6,7 +6,7 @@ use std::path::Path;
 
 use super::Mesh;
 use super::draw::Drawing;
-use super::grid::{Frame, Grid};
+use super::grid::{Grid, LocalFrame};
 use coldplate_base::atomic_file;
 use coldplate_base::error::{Error, Result};
 use coldplate_base::units::{Celsius, Kelvin};
@@ -126,11 +126,11 @@ pub fn heat_flux(grid: &Grid, c: [usize; 3], outward: [f64; 3], temperatures: &[
         -conductivity[d].at(here) * (at(high) - at(low)) / ((grid.centre(d, high) - grid.centre(d, low)) * scale)
     });
     match grid.frame {
-        Frame::Cartesian => local,
-        Frame::Spherical { .. } => outward.map(|e| e * local[0]),
-        Frame::Cylindrical { axis, .. } => {
+        LocalFrame::Cartesian => local,
+        LocalFrame::Spherical { .. } => outward.map(|e| e * local[0]),
+        LocalFrame::Cylindrical { axis, .. } => {
             let (sin, cos) = grid.centre(1, c[1]).sin_cos();
-            let [u, v] = Frame::normals(axis);
+            let [u, v] = LocalFrame::normals(axis);
             let mut flux = [0.0; 3];
             flux[axis.index()] = local[2];
             flux[u] = local[0] * cos - local[1] * sin;

@@ -30,7 +30,9 @@ class Surrogate:
     def gradient(self, x: _Floats) -> _Floats: ...
     def assess(
         self, x: _Floats, confidence: float
-    ) -> tuple[_Floats, _Floats, NDArray[np.int8], _Floats, _Floats, NDArray[np.bool_]]: ...
+    ) -> tuple[_Floats, _Floats, NDArray[np.int8], _Floats, _Floats, NDArray[np.bool_]]:
+        """Values, half widths, verdicts (0 acceptable, 1 not acceptable, 2 uncertain: not the numbers of the runtime), probabilities,
+        margins, whether inside."""
 
 class Machine:
     def __init__(self, path: str, sets: _Pairs) -> None: ...

@@ -14,6 +14,8 @@ import numpy as np
 from . import _coldplate
 from ._errors import InputError
 
+# Words of the numbers that `_coldplate.Surrogate.assess` returns: 0 acceptable, 1 not acceptable, 2 uncertain. The runtime, its C
+# interface and all exports number them by severity: 0 acceptable, 1 uncertain, 2 not acceptable.
 VERDICTS = np.array(["acceptable", "not_acceptable", "uncertain"])
 
 
@@ -62,7 +64,7 @@ class Answers:
     verdicts: np.ndarray
     """`acceptable`, `not_acceptable` or `uncertain`, (n)."""
     probabilities: np.ndarray
-    """Probability that all limits are kept, (n); not a number where the file says nothing of what its answers leave open."""
+    """Probability that all limits are kept, (n); not a number where the file states no uncertainty of the machine."""
     margins: np.ndarray
     """What is left to each limit, (n, limits); negative where it is broken."""
     inside: np.ndarray

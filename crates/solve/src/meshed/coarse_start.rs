@@ -28,12 +28,12 @@ impl MeshedMachine {
         let mesh = self.coarser(COARSER).ok().filter(|mesh| mesh.cells * FEWER <= self.mesh.cells)?;
         let coarse = Self::on(self.machine.clone(), mesh).ok()?;
         let state = coarse.steady(condition).ok()?;
-        Some(brought_over(&coarse, &state, (&self.mesh, &self.network)))
+        Some(brought_over(&coarse, &state, &self.mesh, &self.network))
     }
 }
 
 /// The temperatures of a state on another mesh of the same machine, K.
-fn brought_over(coarse: &MeshedMachine, state: &SteadyState, (mesh, network): (&Mesh, &Network)) -> Vec<f64> {
+fn brought_over(coarse: &MeshedMachine, state: &SteadyState, mesh: &Mesh, network: &Network) -> Vec<f64> {
     let known = &state.solution.temperatures;
     let mut found = vec![0.0; network.nodes];
     for (fine, coarse) in mesh.grids.iter().zip(&coarse.mesh.grids) {

@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::inventory::{ChannelEntry, ContactEntry, ImportEntry, PartEntry, SourceEntry};
 use super::{BoundaryEntry, ChosenRecord, Inventory, MeshedMachine};
+use coldplate_base::condition::COOLANT_TEMPERATURE;
 use coldplate_base::error::{Error, Result};
 use coldplate_describe::machine::{Assumption, Condition};
 use coldplate_network::{EnclosureViews, Load};
@@ -125,7 +126,7 @@ impl MeshedMachine {
     /// A formula fails at the condition, the machine has no coolant temperature, or water leaves its property range.
     pub fn flow_for_rise(&self, rise: f64, condition: &Condition) -> Result<FlowForRise> {
         let heat: f64 = Load::at(&self.machine, condition)?.powers.iter().sum();
-        let at = self.machine.variables.iter().position(|v| v.name == "coolant_temperature");
+        let at = self.machine.variables.iter().position(|v| v.name == COOLANT_TEMPERATURE);
         let inlet =
             at.and_then(|i| condition.si().get(i).copied()).ok_or_else(|| Error::input("the machine has no coolant temperature"))?;
         Ok(FlowForRise { rise_K: rise, heat_W: heat, flow_m3_s: heat / (water(inlet + rise / 2.0)?.volumetric_heat() * rise) })

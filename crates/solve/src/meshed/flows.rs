@@ -1,8 +1,8 @@
 //! Heat of a state by source and by sink, with names.
 
 use super::{MeshedMachine, SteadyState};
-use crate::routes::{Stop, heat_routes};
-use coldplate_describe::machine::Reading;
+use crate::routes::{RouteEnd, heat_routes};
+use coldplate_describe::machine::SensorReading;
 
 /// Heat by source and by sink, W.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -16,9 +16,9 @@ pub struct Flows {
 
 /// A place that heat comes from or goes to.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Named {
+pub struct HeatPlace {
     /// Kind and index of the place.
-    pub stop: Stop,
+    pub stop: RouteEnd,
     /// Name of the place.
     pub name: String,
 }
@@ -27,9 +27,9 @@ pub struct Named {
 #[derive(Debug, Clone, PartialEq)]
 pub struct NamedRoute {
     /// Place that the heat comes from.
-    pub from: Named,
+    pub from: HeatPlace,
     /// Place that the heat goes to.
-    pub to: Named,
+    pub to: HeatPlace,
     /// Heat, W; positive.
     pub watts: f64,
 }
@@ -63,15 +63,15 @@ impl MeshedMachine {
     /// The ways heat takes in a state, from sources through parts to where it leaves.
     pub fn routes(&self, state: &SteadyState) -> Vec<NamedRoute> {
         let solution = &state.solution;
-        let name = |stop: Stop| match stop {
-            Stop::Source(s) => self.machine.sources.get(s).map(|s| s.name.clone()),
-            Stop::Group(g) => self.network.groups.get(g).cloned(),
-            Stop::Circuit(c) => self.network.circuits.get(c).map(|c| format!("coolant {}", c.circuit.name)),
-            Stop::Wall => Some("chamber wall".into()),
-            Stop::Gas => Some("residual gas".into()),
-            Stop::Boundary(b) => self.machine.boundaries.get(b).map(|b| b.name.clone()),
+        let name = |stop: RouteEnd| match stop {
+            RouteEnd::Source(s) => self.machine.sources.get(s).map(|s| s.name.clone()),
+            RouteEnd::Group(g) => self.network.groups.get(g).cloned(),
+            RouteEnd::Circuit(c) => self.network.circuits.get(c).map(|c| format!("coolant {}", c.circuit.name)),
+            RouteEnd::Wall => Some("chamber wall".into()),
+            RouteEnd::Gas => Some("residual gas".into()),
+            RouteEnd::Boundary(b) => self.machine.boundaries.get(b).map(|b| b.name.clone()),
         };
-        let named = |stop: Stop| Named { stop, name: name(stop).unwrap_or_default() };
+        let named = |stop: RouteEnd| HeatPlace { stop, name: name(stop).unwrap_or_default() };
         let routes = heat_routes(&self.network, &state.load, &solution.streams, &solution.temperatures);
         routes.into_iter().map(|r| NamedRoute { from: named(r.from), to: named(r.to), watts: r.watts }).collect()
     }
@@ -82,7 +82,7 @@ impl MeshedMachine {
         let streams = &self.network.streams;
         let leaves = |s: usize| streams.iter().all(|other| other.circuit != streams[s].circuit || !other.upstream.contains(&s));
         let of = |(sensor, stated): (usize, &coldplate_describe::machine::Sensor)| {
-            let Reading::Outlet(channel) = stated.reads else { return None };
+            let SensorReading::Outlet(channel) = stated.reads else { return None };
             let stream = streams.iter().position(|s| s.name == self.machine.channels[channel].name)?;
             let circuit = streams[stream].circuit;
             let ends = (0..streams.len()).filter(|s| streams[*s].circuit == circuit && leaves(*s)).count();

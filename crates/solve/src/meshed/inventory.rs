@@ -5,12 +5,12 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::{BoundaryEntry, MeshedMachine};
-use crate::balance::contact_flows;
-use crate::reachability::Pieces;
+use crate::balance::{ContactFlow, contact_flows};
+use crate::reachability::ConnectedPieces;
 use coldplate_base::error::Result;
 use coldplate_base::units::{Celsius, Kelvin};
-use coldplate_describe::machine::{Condition, Machine};
-use coldplate_network::Load;
+use coldplate_describe::machine::{Condition, LumpedNode, Machine, Part, Source};
+use coldplate_network::{ContactGroup, Load};
 
 /// Parts, contacts, channels and sources of a model, and warnings about them.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -139,19 +139,38 @@ pub fn source_powers(machine: &Machine, condition: &Condition) -> Result<Vec<f64
 /// # Errors
 /// A formula fails at the condition, or water leaves its property range.
 pub fn inventory(model: &MeshedMachine, condition: Option<&Condition>) -> Result<Inventory> {
+    let machine = &model.machine;
+    let load = condition.map(|c| Load::at(machine, c)).transpose()?;
+    let mut found = Inventory {
+        parts: parts(model),
+        contacts: contacts(model, load.as_ref()),
+        boundaries: super::boundaries::boundaries(model, load.as_ref()),
+        sources: sources(machine, load.as_ref()),
+        ..Inventory::default()
+    };
+    list_imports(model, &mut found);
+    list_channels(model, load.as_ref(), &mut found)?;
+    found.warnings.extend(super::boundaries::doubled(machine));
+    warn_about_areas(model, &mut found);
+    warn_about_contacts(model, &mut found);
+    warn_about_sources(machine, &mut found);
+    warn_about_islands(model, &mut found);
+    warn_about_coolant(load.as_ref(), model, &mut found);
+    Ok(found)
+}
+
+/// Parts, then lumped nodes.
+fn parts(model: &MeshedMachine) -> Vec<PartEntry> {
     let (machine, network) = (&model.machine, &model.network);
-    let mut found = Inventory::default();
     let mut radiating = vec![0.0; network.groups.len()];
-    for surface in &network.surfaces {
-        if surface.emissive > 0.0 {
-            radiating[network.group[surface.node as usize] as usize] += surface.gas_area;
-        }
+    for surface in network.surfaces.iter().filter(|surface| surface.emissive > 0.0) {
+        radiating[network.group[surface.node as usize] as usize] += surface.gas_area;
     }
-    for (p, part) in machine.parts.iter().enumerate() {
+    let of_part = |(p, part): (usize, &Part)| {
         let material = &machine.materials[part.material];
         let volume = model.mesh.volume(p);
         let mass = volume * material.density;
-        found.parts.push(PartEntry {
+        PartEntry {
             name: part.name.clone(),
             material: material.name.clone(),
             volume,
@@ -159,44 +178,45 @@ pub fn inventory(model: &MeshedMachine, condition: Option<&Condition>) -> Result
             capacity: mass * material.specific_heat.at(300.0),
             radiating_area: radiating[p],
             cells: model.mesh.grids_of(p).map(|(_, g)| g.len()).sum::<usize>() + model.mesh.tetra_of(p).map_or(0, |t| t.points.len()),
-        });
-    }
-    list_imports(model, &mut found);
-    for (n, node) in machine.nodes.iter().enumerate() {
-        found.parts.push(PartEntry {
-            name: node.name.clone(),
-            material: "lumped node".into(),
-            volume: 0.0,
-            mass: 0.0,
-            capacity: node.capacity,
-            radiating_area: radiating[machine.parts.len() + n],
-            cells: 1,
-        });
-    }
-    let load = condition.map(|c| Load::at(machine, c)).transpose()?;
-    let room = vec![300.0; network.nodes];
-    // Without a condition: each contact as its law has it.
-    let factors = load.as_ref().map(|load| load.contacts.clone()).unwrap_or_default();
-    for (group, flow) in network.contacts.iter().zip(contact_flows(network, &factors, &room)) {
-        found.contacts.push(ContactEntry {
-            name: group.name.clone(),
-            between: group.between.clone(),
-            area: group.area,
-            conductance: flow.conductance,
-            named: group.of.is_some(),
-        });
-    }
-    let states = match &load {
-        Some(load) => {
-            let mut start = vec![load.chamber; network.nodes];
-            for stream in &network.streams {
-                let inlet = load.inlets[stream.circuit];
-                start[stream.first_node as usize..=stream.outlet() as usize].fill(inlet);
-            }
-            Some(network.stream_states(load, &start)?)
         }
-        None => None,
     };
+    let of_node = |(n, node): (usize, &LumpedNode)| PartEntry {
+        name: node.name.clone(),
+        material: "lumped node".into(),
+        volume: 0.0,
+        mass: 0.0,
+        capacity: node.capacity,
+        radiating_area: radiating[machine.parts.len() + n],
+        cells: 1,
+    };
+    machine.parts.iter().enumerate().map(of_part).chain(machine.nodes.iter().enumerate().map(of_node)).collect()
+}
+
+/// Contacts at 300 K; without a condition each as its law has it.
+fn contacts(model: &MeshedMachine, load: Option<&Load>) -> Vec<ContactEntry> {
+    let network = &model.network;
+    let factors = load.map(|load| load.contacts.clone()).unwrap_or_default();
+    let flows = contact_flows(network, &factors, &vec![300.0; network.nodes]);
+    let of = |(group, flow): (&ContactGroup, ContactFlow)| ContactEntry {
+        name: group.name.clone(),
+        between: group.between.clone(),
+        area: group.area,
+        conductance: flow.conductance,
+        named: group.of.is_some(),
+    };
+    network.contacts.iter().zip(flows).map(of).collect()
+}
+
+/// Heat sources, with their powers where a condition was given.
+fn sources(machine: &Machine, load: Option<&Load>) -> Vec<SourceEntry> {
+    let of = |(i, source): (usize, &Source)| SourceEntry { name: source.name.clone(), power: load.map(|load| load.powers[i]) };
+    machine.sources.iter().enumerate().map(of).collect()
+}
+
+/// Lists the coolant channels, with warnings about their films.
+fn list_channels(model: &MeshedMachine, load: Option<&Load>, found: &mut Inventory) -> Result<()> {
+    let network = &model.network;
+    let states = load.map(|load| network.stream_states(load, &network.at_inlets(load, load.chamber))).transpose()?;
     for (s, stream) in network.streams.iter().enumerate() {
         let state = states.as_ref().map(|all| &all[s]);
         found.channels.push(ChannelEntry {
@@ -213,20 +233,7 @@ pub fn inventory(model: &MeshedMachine, condition: Option<&Condition>) -> Result
             found.warnings.push(format!("channel '{}': {note}", stream.name));
         }
     }
-    found.boundaries = super::boundaries::boundaries(model, load.as_ref());
-    found.sources = machine
-        .sources
-        .iter()
-        .enumerate()
-        .map(|(i, s)| SourceEntry { name: s.name.clone(), power: load.as_ref().map(|l| l.powers[i]) })
-        .collect();
-    found.warnings.extend(super::boundaries::doubled(machine));
-    warn_about_areas(model, &mut found);
-    warn_about_contacts(model, &mut found);
-    warn_about_sources(&model.machine, &mut found);
-    warn_about_islands(model, &mut found);
-    warn_about_coolant(load.as_ref(), model, &mut found);
-    Ok(found)
+    Ok(())
 }
 
 /// Lists imported meshes, with warnings about their elements.
@@ -307,7 +314,7 @@ fn warn_about_sources(machine: &Machine, found: &mut Inventory) {
 
 /// Parts with no path to coolant, chamber or any given temperature.
 fn warn_about_islands(model: &MeshedMachine, found: &mut Inventory) {
-    let shut = Pieces::new(&model.network).shut(&model.network);
+    let shut = ConnectedPieces::new(&model.network).shut(&model.network);
     if !shut.is_empty() {
         found.warnings.push(format!(
             "no path for heat from {} to coolant, chamber or any given temperature: there is no steady state",

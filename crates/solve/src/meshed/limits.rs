@@ -37,7 +37,7 @@ impl LimitState {
 
 /// Every limit of `machine` at the sensors' `readings` (K or um) and the values of its variables (SI, in its order).
 pub fn limit_states(machine: &Machine, readings: &[f64], variables: &[f64]) -> Vec<LimitState> {
-    let state = |limit: &coldplate_describe::machine::Limit| {
+    let state = |limit: &coldplate_describe::machine::MachineLimit| {
         let value = limit.kind.value(|sensor| readings[sensor], |variable| variables[variable]);
         let is_absolute = matches!(limit.kind, LimitKind::Maximum { .. });
         let of = limit.kind.points().next().and_then(|point| machine.sensors.get(point));

@@ -11,7 +11,7 @@ use serde::Serialize;
 use super::{MeshedMachine, SteadyState};
 use coldplate_base::error::Result;
 use coldplate_describe::machine::Condition;
-use coldplate_describe::machine::{Block, Shape};
+use coldplate_describe::machine::{BlockShape, PartBlock};
 use coldplate_network::mesh::Mesh;
 
 /// Ratios of cell sizes of the two coarser meshes along each axis, dimensionless. Chosen: cost of two further solutions against the
@@ -68,8 +68,8 @@ impl MeshedMachine {
     /// A mesh of the same machine with cells `ratio` times as long along each axis, as far as its blocks allow.
     pub(super) fn coarser(&self, ratio: f64) -> Result<Mesh> {
         let blocks = self.machine.parts.iter().flat_map(|p| &p.blocks);
-        let fewer = |(n, block): (&[usize; 3], &Block)| {
-            let is_turn = matches!(block.shape, Shape::Cylinder { turn, .. } if turn.1 - turn.0 > 0.99 * std::f64::consts::TAU);
+        let fewer = |(n, block): (&[usize; 3], &PartBlock)| {
+            let is_turn = matches!(block.shape, BlockShape::Cylinder { turn, .. } if turn.1 - turn.0 > 0.99 * std::f64::consts::TAU);
             let least = [1, if is_turn { 4 } else { 1 }, 1];
             std::array::from_fn(|d| ((n[d] as f64 / ratio).round() as usize).max(n[d].min(least[d])))
         };

@@ -12,14 +12,14 @@ pub mod record;
 mod within;
 
 pub use boundaries::BoundaryEntry;
-pub use flows::{Flows, Named, NamedRoute, OutletSensor};
+pub use flows::{Flows, HeatPlace, NamedRoute, OutletSensor};
 pub use inventory::{ChannelEntry, ContactEntry, ImportEntry, Inventory, PartEntry, SourceEntry, inventory, source_powers};
 pub use limits::{LimitState, limit_states};
 pub use mesh_error::MeshErrors;
 pub use record::{ChosenRecord, MeshRecord, SolveRecord};
 pub use within::ChosenCells;
 
-use crate::{Solution, Solver};
+use crate::{Solution, Solver, SteadySettings};
 use coldplate_base::error::Result;
 use coldplate_base::progress::{Progress, Silent};
 use coldplate_describe::machine::{Condition, Machine};
@@ -94,7 +94,8 @@ impl MeshedMachine {
     pub fn solver_heard(&self, reference: &Condition, progress: &dyn Progress) -> Result<Solver<'_>> {
         let load = Load::at(&self.machine, reference)?;
         match self.start(reference) {
-            Some(start) => Solver::near(&self.network, &load, start, progress).or_else(|_| Solver::heard(&self.network, &load, progress)),
+            Some(start) => Solver::near(&self.network, &load, start, SteadySettings::default(), progress)
+                .or_else(|_| Solver::heard(&self.network, &load, progress)),
             None => Solver::heard(&self.network, &load, progress),
         }
     }

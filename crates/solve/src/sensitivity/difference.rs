@@ -1,7 +1,6 @@
 //! dR/dp at fixed temperatures, by differences of the residual, and other direct dependences on p.
 
-use super::parameter::Parameter;
-use super::study::Study;
+use crate::study::{MachineParameter, Study};
 use coldplate_base::error::{Kind, Result};
 use coldplate_describe::machine::Machine;
 use coldplate_network::Network;
@@ -43,7 +42,7 @@ impl Partial {
 #[derive(Debug, Clone)]
 pub struct Variation {
     /// The parameter.
-    pub parameter: Parameter,
+    pub parameter: MachineParameter,
     /// Places in steps, each with its machine and network; empty for a condition variable.
     pub(super) samples: Vec<(f64, Machine, Option<Network>)>,
 }
@@ -58,7 +57,7 @@ impl Study {
     ///
     /// # Errors
     /// The machine is not valid on either side of the parameter's value, or has other unknowns there.
-    pub fn variation(&self, parameter: &Parameter) -> Result<Variation> {
+    pub fn variation(&self, parameter: &MachineParameter) -> Result<Variation> {
         let parameter = parameter.clone();
         if parameter.variable().is_some() {
             return Ok(Variation { parameter, samples: Vec::new() });

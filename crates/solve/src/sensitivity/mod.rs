@@ -10,7 +10,7 @@
 //! parameter of the file: an unknown source, leak or lost contact anywhere, on every reading ([`Screen`]).
 //!
 //! ```no_run
-//! use coldplate_solve::sensitivity::Study;
+//! use coldplate_solve::study::Study;
 //! let study = Study::read("machines/rig.toml", &[], None)?;
 //! let at = study.at(&study.model.machine.condition(&[])?)?;
 //! let parameters = [study.parameter("contact.motor.conductance")?, study.parameter("coolant_flow")?];
@@ -21,18 +21,14 @@
 
 mod difference;
 mod open;
-mod parameter;
 mod point;
 mod response;
 mod screen;
-mod study;
 mod uncertain;
 
 pub use difference::{Partial, UNEVEN, Variation};
 pub use open::{OpenParameter, Origin, Scale, assumed};
-pub use parameter::{Kind, Parameter};
-pub use point::{Adjoint, Derivatives, Jacobian, Target};
-pub use response::{Basis, Course, Moment, Moments};
+pub use point::{Adjoint, DerivativeTable, DerivativeTarget, Derivatives};
+pub use response::{LinearisedHistory, Moment, Moments, ObservableSpace};
 pub use screen::{Disturbance, Screen};
-pub use study::{Study, Tables};
 pub use uncertain::UncertainNumber;

@@ -7,13 +7,12 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::difference::Variation;
-use super::parameter::{Kind, Parameter};
 use super::point::Derivatives;
 use super::screen::Disturbance;
-use super::study::Study;
+use crate::study::{MachineParameter, ParameterKind, Study};
 use coldplate_base::document::Document;
 use coldplate_base::error::{Error, Result, did_you_mean};
-use coldplate_describe::machine::{Machine, NumberKind, Shared};
+use coldplate_describe::machine::{Machine, NumberKind, SharedNumbers};
 use coldplate_network::{Load, Network};
 
 /// Relative residual that a parameter's field is solved to, dimensionless. Chosen: bands have two digits.
@@ -144,15 +143,15 @@ impl Study {
         }
         for factor in &self.model.machine.shared_factors {
             let acts = match &factor.of {
-                Shared::All(kind) => {
+                SharedNumbers::All(kind) => {
                     covered.kinds.push(*kind);
                     vec![Act { way: Way::All(*kind, Vec::new()), amount: factor.deviation }]
                 }
-                Shared::Keys(keys) => {
+                SharedNumbers::Keys(keys) => {
                     keys.iter().for_each(|key| covered.add(self.kind_of(key), key));
                     let act = |key: &String| {
                         let p = self.parameter(key)?;
-                        match (p.kind == Kind::Offset || p.dimension.is_absolute(), factor.is_offset) {
+                        match (p.kind == ParameterKind::Offset || p.dimension.is_absolute(), factor.is_offset) {
                             (true, true) => self.act(&p, factor.deviation),
                             (false, false) => self.act(&p, factor.deviation * p.value),
                             (true, false) => Err(Error::input("a temperature has no factor")
@@ -166,8 +165,8 @@ impl Study {
             };
             let is_offset = factor.is_offset;
             let scale = match &factor.of {
-                Shared::All(kind) => scale_of_kind(*kind),
-                Shared::Keys(keys) => keys.first().map_or(Scale::Linear, |key| self.scale_of(key)),
+                SharedNumbers::All(kind) => scale_of_kind(*kind),
+                SharedNumbers::Keys(keys) => keys.first().map_or(Scale::Linear, |key| self.scale_of(key)),
             };
             let factor = Self::factor(factor.name.clone(), factor.deviation, scale, Origin::Stated, acts);
             all.push(if is_offset { factor.into_offset() } else { factor });
@@ -263,7 +262,7 @@ impl Study {
     }
 
     /// How a change (SI) of a number acts: from the network where that is known, otherwise by differences.
-    fn act(&self, p: &Parameter, change: f64) -> Result<Act> {
+    fn act(&self, p: &MachineParameter, change: f64) -> Result<Act> {
         let machine = &self.model.machine;
         let names = Document::names_in(&p.name).unwrap_or_default();
         let own = match names.iter().map(String::as_str).collect::<Vec<_>>()[..] {

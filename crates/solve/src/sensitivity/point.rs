@@ -3,11 +3,10 @@
 use rayon::prelude::*;
 
 use super::difference::{CENTRAL, ONE_SIDED, Partial, Variation};
-use super::parameter::{Kind, Parameter};
-use super::screen::{Disturbance, Screen};
-use super::study::Study;
+use super::screen::Screen;
 use crate::balance::balance;
 use crate::meshed::SteadyState;
+use crate::study::{MachineParameter, ParameterKind, Study};
 use crate::{Solution, Tangent};
 use coldplate_base::document::suggestion;
 use coldplate_base::error::{Error, Result};
@@ -16,7 +15,7 @@ use coldplate_network::{Load, Network};
 
 /// Quantity that is differentiated. Indices are those of the network's sensors and streams and of the machine's limits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Target {
+pub enum DerivativeTarget {
     /// The reading of a sensor.
     Sensor(usize),
     /// The temperature of the water leaving a channel.
@@ -43,7 +42,7 @@ pub struct Adjoint {
 
 /// A table of derivatives.
 #[derive(Debug, Clone)]
-pub struct Jacobian {
+pub struct DerivativeTable {
     /// Derivative of each target (row) with respect to each parameter (column), K per SI unit.
     pub slopes: Vec<Vec<f64>>,
     /// Parameters nothing depends on here.
@@ -101,9 +100,9 @@ impl<'a> Derivatives<'a> {
     }
 
     /// The value a parameter has here, SI.
-    pub fn value_of(&self, parameter: &Parameter) -> f64 {
+    pub fn value_of(&self, parameter: &MachineParameter) -> f64 {
         match parameter.variable() {
-            Some(variable) if parameter.kind == Kind::Condition => self.condition.si()[variable],
+            Some(variable) if parameter.kind == ParameterKind::Condition => self.condition.si()[variable],
             _ => parameter.value,
         }
     }
@@ -122,7 +121,7 @@ impl<'a> Derivatives<'a> {
     }
 
     /// Derivative of a target from a parameter's field, K per SI unit.
-    pub fn along(&self, target: Target, partial: &Partial, field: &[f64]) -> f64 {
+    pub fn along(&self, target: DerivativeTarget, partial: &Partial, field: &[f64]) -> f64 {
         let terms = self.terms(target);
         // The change of held nodes is in the direct part already.
         let held = |node: u32| self.study.model.network.fixed.iter().any(|(n, _)| *n == node) && !terms.sensors.is_empty();
@@ -134,7 +133,7 @@ impl<'a> Derivatives<'a> {
     ///
     /// # Errors
     /// Errors of [`Tangent::solve_transposed`].
-    pub fn adjoint(&self, target: Target) -> Result<Adjoint> {
+    pub fn adjoint(&self, target: DerivativeTarget) -> Result<Adjoint> {
         self.adjoint_by(target, |right| self.tangent.solve_transposed(right))
     }
 
@@ -142,11 +141,11 @@ impl<'a> Derivatives<'a> {
     ///
     /// # Errors
     /// Errors of [`Tangent::solve_transposed`].
-    pub fn adjoint_within(&self, target: Target, aim: f64) -> Result<Adjoint> {
+    pub fn adjoint_within(&self, target: DerivativeTarget, aim: f64) -> Result<Adjoint> {
         self.adjoint_by(target, |right| self.tangent.solve_transposed_within(right, aim))
     }
 
-    fn adjoint_by(&self, target: Target, solve: impl Fn(&[f64]) -> Result<Vec<f64>>) -> Result<Adjoint> {
+    fn adjoint_by(&self, target: DerivativeTarget, solve: impl Fn(&[f64]) -> Result<Vec<f64>>) -> Result<Adjoint> {
         let terms = self.terms(target);
         let network = &self.study.model.network;
         let mut right = vec![0.0; network.nodes];
@@ -165,7 +164,7 @@ impl<'a> Derivatives<'a> {
     ///
     /// # Errors
     /// Errors of [`Derivatives::partial`], [`Tangent::solve`] and [`Tangent::solve_transposed`].
-    pub fn jacobian(&self, targets: &[Target], parameters: &[Parameter]) -> Result<Jacobian> {
+    pub fn jacobian(&self, targets: &[DerivativeTarget], parameters: &[MachineParameter]) -> Result<DerivativeTable> {
         let variations: Vec<Variation> = parameters.par_iter().map(|p| self.study.variation(p)).collect::<Result<_>>()?;
         self.jacobian_of(targets, &variations)
     }
@@ -174,7 +173,7 @@ impl<'a> Derivatives<'a> {
     ///
     /// # Errors
     /// Errors of [`Derivatives::partial_of`], [`Tangent::solve`] and [`Tangent::solve_transposed`].
-    pub fn jacobian_of(&self, targets: &[Target], variations: &[Variation]) -> Result<Jacobian> {
+    pub fn jacobian_of(&self, targets: &[DerivativeTarget], variations: &[Variation]) -> Result<DerivativeTable> {
         let is_adjoint = targets.len() <= variations.len();
         let adjoints: Vec<Adjoint> =
             if is_adjoint { targets.par_iter().map(|t| self.adjoint(*t)).collect::<Result<_>>()? } else { Vec::new() };
@@ -189,7 +188,7 @@ impl<'a> Derivatives<'a> {
             Ok((slopes, partial.is_idle(), partial.uneven))
         };
         let columns: Vec<(Vec<f64>, bool, f64)> = variations.par_iter().map(column).collect::<Result<_>>()?;
-        Ok(Jacobian {
+        Ok(DerivativeTable {
             slopes: (0..targets.len()).map(|t| columns.iter().map(|c| c.0[t]).collect()).collect(),
             idle: columns.iter().map(|c| c.1).collect(),
             uneven: columns.iter().map(|c| c.2).collect(),
@@ -205,11 +204,11 @@ impl<'a> Derivatives<'a> {
     ///
     /// # Errors
     /// No such name.
-    pub fn target(&self, name: &str) -> Result<Target> {
+    pub fn target(&self, name: &str) -> Result<DerivativeTarget> {
         let (network, machine) = (&self.study.model.network, &self.study.model.machine);
-        let sensor = network.sensor_names.iter().position(|n| n == name).map(Target::Sensor);
-        let limit = machine.limits.iter().position(|l| l.name == name).map(Target::Limit);
-        let outlet = network.streams.iter().position(|s| s.name == name).map(Target::Outlet);
+        let sensor = network.sensor_names.iter().position(|n| n == name).map(DerivativeTarget::Sensor);
+        let limit = machine.limits.iter().position(|l| l.name == name).map(DerivativeTarget::Limit);
+        let outlet = network.streams.iter().position(|s| s.name == name).map(DerivativeTarget::Outlet);
         sensor.or(limit).or(outlet).ok_or_else(|| {
             let known: Vec<&str> = network.sensor_names.iter().map(String::as_str).collect();
             Error::input(format!("there is no sensor, limit or channel '{name}'"))
@@ -219,7 +218,7 @@ impl<'a> Derivatives<'a> {
         })
     }
 
-    fn terms(&self, target: Target) -> Terms {
+    fn terms(&self, target: DerivativeTarget) -> Terms {
         let network = &self.study.model.network;
         let mut terms = Terms::default();
         let mut add = |sensor: usize, weight: f64| {
@@ -227,9 +226,9 @@ impl<'a> Derivatives<'a> {
             terms.nodes.extend(network.sensors[sensor].weights.iter().map(|(n, w)| (*n, w * weight)));
         };
         match target {
-            Target::Sensor(s) => add(s, 1.0),
-            Target::Outlet(s) => terms.nodes.push((network.streams[s].outlet(), 1.0)),
-            Target::Limit(l) => match &self.study.model.machine.limits[l].kind {
+            DerivativeTarget::Sensor(s) => add(s, 1.0),
+            DerivativeTarget::Outlet(s) => terms.nodes.push((network.streams[s].outlet(), 1.0)),
+            DerivativeTarget::Limit(l) => match &self.study.model.machine.limits[l].kind {
                 LimitKind::Maximum { point } => add(*point, 1.0),
                 LimitKind::Rise { point, variable } => {
                     add(*point, 1.0);
@@ -255,8 +254,8 @@ impl<'a> Derivatives<'a> {
 
 impl Study {
     /// Every sensor.
-    pub fn sensors(&self) -> Vec<Target> {
-        (0..self.model.network.sensors.len()).map(Target::Sensor).collect()
+    pub fn sensors(&self) -> Vec<DerivativeTarget> {
+        (0..self.model.network.sensors.len()).map(DerivativeTarget::Sensor).collect()
     }
 
     /// Solves one condition and takes the derivatives there.
@@ -274,7 +273,7 @@ impl Derivatives<'_> {
     ///
     /// # Errors
     /// Errors of [`Study::variation`] and [`Derivatives::partial_of`].
-    pub fn partial(&self, parameter: &Parameter) -> Result<Partial> {
+    pub fn partial(&self, parameter: &MachineParameter) -> Result<Partial> {
         self.partial_of(&self.study.variation(parameter)?)
     }
 
@@ -345,13 +344,6 @@ impl Derivatives<'_> {
         let apart = norm(&mut near.iter().zip(far).map(|(n, f)| n - f));
         let size = norm(&mut near.iter().copied());
         if apart <= noise { 0.0 } else { (apart - noise) / size }
-    }
-}
-
-impl Disturbance {
-    /// Derivative of an adjoint's target that reads no inlet, K per unit.
-    pub fn on_adjoint(&self, adjoint: &Adjoint) -> f64 {
-        self.on(&adjoint.field, None)
     }
 }
 

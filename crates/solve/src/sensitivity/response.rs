@@ -12,7 +12,7 @@ use nalgebra::{DMatrix, DMatrixView, DVector, SymmetricEigen};
 use rayon::prelude::*;
 
 use super::point::Derivatives;
-use super::study::Study;
+use crate::study::Study;
 use coldplate_base::error::{Error, Result};
 use coldplate_describe::machine::Condition;
 use coldplate_network::Load;
@@ -124,7 +124,7 @@ impl Moments {
 
 /// The space of all temperature changes that given sensors can see.
 #[derive(Debug, Clone)]
-pub struct Basis {
+pub struct ObservableSpace {
     size: usize,
     /// `size` components of each node.
     by_node: Vec<f64>,
@@ -134,13 +134,13 @@ pub struct Basis {
     readings: DMatrix<f64>,
 }
 
-impl Basis {
+impl ObservableSpace {
     /// A space for sensors (indices of the network's) about `moments` of histories, for rates (1/s) from the slowest to the fastest of
     /// interest.
     ///
     /// # Errors
     /// Errors of [`Derivatives::at`] and [`crate::Tangent::solve_transposed`]; no sensor reads a node that is free to change.
-    pub fn new(study: &Study, sensors: &[usize], moments: &[&Moment], (slowest, fastest): (f64, f64)) -> Result<Self> {
+    pub fn new(study: &Study, sensors: &[usize], moments: &[&Moment], slowest: f64, fastest: f64) -> Result<Self> {
         let network = &study.model.network;
         let chosen = by_flow(study, moments)?;
         let Some(first) = chosen.first() else { return Err(Error::numerics("a history without moments")) };
@@ -220,8 +220,8 @@ impl Basis {
 
 /// A linearised history, ready to be disturbed.
 #[derive(Debug)]
-pub struct Course<'a> {
-    basis: &'a Basis,
+pub struct LinearisedHistory<'a> {
+    basis: &'a ObservableSpace,
     start: f64,
     /// Decomposition at the first moment, if the history begins with the steady state.
     rest: Option<PartialPivLu<f64>>,
@@ -239,9 +239,9 @@ struct Step {
     matrices: [PartialPivLu<f64>; 2],
 }
 
-impl<'a> Course<'a> {
+impl<'a> LinearisedHistory<'a> {
     /// A history from the projected derivatives at the times of moments; `is_steady` where it begins with the steady state.
-    pub fn new(basis: &'a Basis, moments: &[(f64, DMatrix<f64>)], is_steady: bool) -> Self {
+    pub fn new(basis: &'a ObservableSpace, moments: &[(f64, DMatrix<f64>)], is_steady: bool) -> Self {
         let step = |(i, n): (usize, usize)| {
             let ((from, before), (to, after)) = (&moments[i], &moments[i + 1]);
             let length = (to - from) / STEPS as f64;
@@ -295,7 +295,7 @@ impl<'a> Course<'a> {
     }
 }
 
-impl Course<'_> {
+impl LinearisedHistory<'_> {
     /// Change of every sensor (K) per unit of every component of the projected disturbance at each of `moments`: a row for each sensor
     /// at the first of `times` (which rise), then at the next. Each reading is followed back in time, once for all disturbances, which
     /// pays for many disturbances of few readings.
@@ -425,13 +425,13 @@ mod tests {
     fn both_ways() {
         let entry = |k: usize| ((k * 7919 + 31) % 97) as f64 / 97.0;
         let matrix = |seed: usize, own: f64| DMatrix::from_fn(3, 3, |i, j| 0.3 * entry(seed + 3 * i + j) + if i == j { own } else { 0.0 });
-        let basis = Basis { size: 3, by_node: Vec::new(), capacity: matrix(5, 4.0), readings: matrix(50, 0.0).remove_row(2) };
+        let basis = ObservableSpace { size: 3, by_node: Vec::new(), capacity: matrix(5, 4.0), readings: matrix(50, 0.0).remove_row(2) };
         let moments: Vec<(f64, DMatrix<f64>)> =
             [10.0, 12.0, 12.0, 19.0, 30.0].iter().enumerate().map(|(i, t)| (*t, matrix(100 * i, 1.0))).collect();
         let times = [9.0, 10.0, 11.3, 12.0, 12.0, 18.0, 29.9, 30.0, 31.0];
         let forces: Vec<DMatrix<f64>> = (0..5).map(|i| matrix(1000 + 17 * i, 0.0)).collect();
         for is_steady in [true, false] {
-            let course = Course::new(&basis, &moments, is_steady);
+            let course = LinearisedHistory::new(&basis, &moments, is_steady);
             let forwards = course.readings(&forces, &times);
             let back = course.answers(forces.len(), &times);
             for (d, column) in forwards.iter().enumerate() {

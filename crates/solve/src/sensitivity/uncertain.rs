@@ -1,9 +1,8 @@
 //! Numbers of a machine file that are stated as uncertain: `"560 +- 40 W/(m2 K)"`.
 
-use super::parameter::{Kind, Parameter};
-use super::study::Study;
 use crate::meshed::described::UncertainRecord;
-use coldplate_base::document::{Spread, Uncertain};
+use crate::study::{MachineParameter, ParameterKind, Study};
+use coldplate_base::document::{StatedSpread, Uncertain};
 use coldplate_base::error::{Error, Result};
 use coldplate_base::units::{Dimension, parse};
 
@@ -11,7 +10,7 @@ use coldplate_base::units::{Dimension, parse};
 #[derive(Debug, Clone, PartialEq)]
 pub struct UncertainNumber {
     /// The number, as a parameter.
-    pub parameter: Parameter,
+    pub parameter: MachineParameter,
     /// Standard deviation, SI; kelvin for temperatures.
     pub deviation: f64,
     /// Limits that were stated, if any, SI: every value between them is as probable as any other.
@@ -45,7 +44,7 @@ impl Study {
         let place = |e: Error| e.at_key(key).in_file(self.document().file());
         let parameter = self.parameter(key).map_err(place)?;
         let refuse = |what: &str, help: &str| Err(place(Error::input(what).help(help)));
-        if parameter.kind != Kind::Quantity {
+        if parameter.kind != ParameterKind::Quantity {
             return refuse("only a number can be uncertain", "write a number with its unit, for example \"560 +- 40 W/(m2 K)\"");
         }
         let own = if parameter.dimension.is_absolute() { Dimension::DIFFERENCE } else { parameter.dimension };
@@ -56,12 +55,12 @@ impl Study {
             unit => parse(&format!("{amount:?} {unit}"), own),
         };
         let (deviation, limits) = match spread {
-            Spread::Share(_) if parameter.dimension.is_absolute() => {
+            StatedSpread::Share(_) if parameter.dimension.is_absolute() => {
                 return refuse("a share of a temperature means nothing", "write the deviation in K, for example \"20 degC +- 0.3 K\"");
             }
-            Spread::Share(share) => (share * parameter.value.abs(), None),
-            Spread::Deviation(amount, unit) => (in_unit(*amount, unit).map_err(place)?, None),
-            Spread::Limits(half, unit) => {
+            StatedSpread::Share(share) => (share * parameter.value.abs(), None),
+            StatedSpread::Deviation(amount, unit) => (in_unit(*amount, unit).map_err(place)?, None),
+            StatedSpread::Limits(half, unit) => {
                 let half = in_unit(*half, unit).map_err(place)?;
                 (half / 3f64.sqrt(), Some((parameter.value - half, parameter.value + half)))
             }

@@ -1,6 +1,7 @@
 //! Extrapolation from the step before: the temperatures it leads to, and the error of a step.
 
-use super::{GAMMA, LOCAL_ERROR, Passing, Transient, TransientState};
+use super::tr_bdf2::{GAMMA, LOCAL_ERROR, parabola};
+use super::{HeatPassing, Transient, TransientState};
 use coldplate_network::Load;
 
 /// Relative difference below which variables and lengths are equal, dimensionless: values between two rows are rounded, and so are two
@@ -23,7 +24,7 @@ pub struct Before {
     /// Heat into each solid at its end, W.
     pub flow: Vec<f64>,
     /// Heat that passed at its end.
-    pub passing: Passing,
+    pub passing: HeatPassing,
 }
 
 impl Before {
@@ -32,12 +33,6 @@ impl Before {
         let is_same = |(a, b): (&f64, &f64)| (a - b).abs() <= SAME * a.abs().max(b.abs());
         self.time == time && self.variables.iter().zip(&load.variables).all(is_same)
     }
-}
-
-/// Weights of the three states of a step at a share of its length.
-pub fn parabola(share: f64) -> [f64; 3] {
-    let (behind, ahead) = (share - GAMMA, share - 1.0);
-    [behind * ahead / GAMMA, share * ahead / (GAMMA * (GAMMA - 1.0)), share * behind / (1.0 - GAMMA)]
 }
 
 impl TransientState {
@@ -100,21 +95,5 @@ impl Transient<'_> {
         };
         let stores = |i: &usize| self.network.capacity[*i] > 0.0;
         (0..self.network.solids).filter(stores).map(of_node).fold(0.0, f64::max)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Exact for a parabola, anywhere in the step.
-    #[test]
-    fn a_parabola_through_three_states_is_that_parabola() {
-        let course = |share: f64| 3.0 - 2.0 * share + 5.0 * share * share;
-        for share in [0.0, 0.2, GAMMA, 0.9, 1.0] {
-            let [begin, between, end] = parabola(share);
-            let read = begin * course(0.0) + between * course(GAMMA) + end * course(1.0);
-            assert!((read - course(share)).abs() < 1e-14, "{share}: {read}");
-        }
     }
 }

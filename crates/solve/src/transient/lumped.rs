@@ -2,7 +2,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::stage::{MOST_NEWTON, Stage};
+use super::super::newton::{self, HeatBalances};
+use super::TransientState;
+use super::stage::{ImplicitStage, MOST_NEWTON, unsolved};
 use coldplate_base::error::{Error, Result, Stop};
 use coldplate_network::{ContactFactors, JointState, Load, Network};
 use coldplate_physics::radiation::SIGMA;
@@ -14,7 +16,7 @@ const MOST_NODES: usize = 40;
 
 /// Work space for the stages of such a network.
 #[derive(Debug)]
-pub(super) struct Lumped {
+pub(super) struct LumpedSolver {
     /// Heat leaving each node, W, and its derivatives, W/K.
     heat: DVector<f64>,
     slopes: DMatrix<f64>,
@@ -25,12 +27,13 @@ pub(super) struct Lumped {
 }
 
 /// Heat that passes through a network, and the rounding error of its balance, W.
+#[derive(Clone, Copy, Default)]
 struct Passing {
     through: f64,
     rounding: f64,
 }
 
-impl Lumped {
+impl LumpedSolver {
     /// Work space for a network; `None` if it is not of this kind.
     pub fn of(network: &Network) -> Option<Self> {
         let n = network.nodes;
@@ -38,56 +41,16 @@ impl Lumped {
         is_small.then(|| Self { heat: DVector::zeros(n), slopes: DMatrix::zeros(n, n), target: vec![0.0; n], joints: None })
     }
 
-    /// Solves a stage from temperatures `begin` (K) at `time` (s), from a first guess.
-    pub fn solve(&mut self, network: &Network, stage: &Stage<'_>, (begin, time): (&[f64], f64), guess: &[f64]) -> Result<Vec<f64>> {
-        let rate = 1.0 / stage.own;
-        let mut temperatures = guess.to_vec();
-        for (node, index) in &network.fixed {
-            temperatures[*node as usize] = stage.load.fixed[*index as usize];
-        }
+    /// Solves a stage of a step from `state`, from a first guess (K) with held nodes at their temperatures.
+    pub fn solve(&mut self, network: &Network, stage: &ImplicitStage<'_>, state: &TransientState, mut guess: Vec<f64>) -> Result<Vec<f64>> {
+        let begin = &state.temperatures;
         for (node, target) in self.target.iter_mut().enumerate() {
             *target = network.enthalpy(node, begin[node]) + stage.earlier.iter().map(|(weight, flow)| weight * flow[node]).sum::<f64>();
         }
-        let mut last = f64::INFINITY;
-        for _ in 0..=MOST_NEWTON {
-            let Passing { through, rounding } = self.assemble(network, stage.load, &temperatures);
-            let mut magnitude = 0.0;
-            for (i, t) in temperatures.iter().enumerate().filter(|(i, _)| network.capacity[*i] > 0.0) {
-                self.heat[i] += rate * (network.enthalpy(i, *t) - self.target[i]);
-                self.slopes[(i, i)] += rate * network.capacity_at(i, *t);
-                // A temperature is known to its last place, and so is the heat stored at it.
-                magnitude += network.capacity[i] * t;
-            }
-            for (node, _) in &network.fixed {
-                let node = *node as usize;
-                self.heat[node] = 0.0;
-                self.slopes.row_mut(node).fill(0.0);
-                self.slopes.column_mut(node).fill(0.0);
-                self.slopes[(node, node)] = 1.0;
-            }
-            let imbalance: f64 = self.heat.iter().map(|r| r.abs()).sum();
-            if !imbalance.is_finite() {
-                return Err(Error::stopped(Stop::NotFinite, format!("the temperatures are no longer finite at {time:.6} s")));
-            }
-            // Rounding is a bound that is seldom reached: as long as a step still helps, another is taken.
-            let is_spent = imbalance <= rounding + 4.0 * f64::EPSILON * rate * magnitude && imbalance > 0.3 * last;
-            if imbalance <= BALANCE * through || is_spent {
-                return Ok(temperatures);
-            }
-            last = imbalance;
-            if !eliminate(&mut self.slopes, &mut self.heat) {
-                return Err(Error::stopped(Stop::LinearSolver, format!("the linear solver stopped at {time:.6} s: a singular matrix")));
-            }
-            // No absolute temperature may more than double or turn negative.
-            let step = &self.heat;
-            let shortened = |f: f64, (t, s): (&f64, &f64)| if s.abs() > 0.9 * t { f.min(0.9 * t / s.abs()) } else { f };
-            let factor = temperatures.iter().zip(step).fold(1.0, shortened);
-            temperatures.iter_mut().zip(step).for_each(|(t, s)| *t -= factor * s);
-        }
-        Err(Error::stopped(
-            Stop::MostNewtonSteps,
-            format!("a time step at {time:.6} s does not converge: {last:.3e} W are unaccounted for"),
-        ))
+        let (rate, passing) = (1.0 / stage.own, Passing::default());
+        let mut balances = LumpedBalances { lumped: self, network, load: stage.load, time: state.time, rate, passing, last: f64::INFINITY };
+        newton::solve(&mut balances, &mut guess, MOST_NEWTON)?;
+        Ok(guess)
     }
 
     /// Heat into each node at these temperatures (K), W.
@@ -106,7 +69,7 @@ impl Lumped {
             self.joints = Some((load.contacts.clone(), network.joints.iter().map(state).collect()));
         }
         let Self { heat: heats, slopes, joints, .. } = self;
-        let mut pair = |a: u32, b: u32, heat: f64, (along_a, along_b): (f64, f64)| {
+        let mut pair = |a: u32, b: u32, heat: f64, along_a: f64, along_b: f64| {
             let (a, b) = (a as usize, b as usize);
             heats[a] += heat;
             heats[b] -= heat;
@@ -127,14 +90,15 @@ impl Lumped {
                 joint.a,
                 joint.b,
                 state.conductance * drop,
-                (state.conductance + state.slope_a * drop, state.conductance - state.slope_b * drop),
+                state.conductance + state.slope_a * drop,
+                state.conductance - state.slope_b * drop,
             );
         }
         for (a, b, area) in &network.radiative {
             let (ta, tb) = (t[*a as usize], t[*b as usize]);
             let slope = |t: f64| 4.0 * SIGMA * area * t.powi(3);
             conductances += slope(hottest);
-            pair(*a, *b, SIGMA * area * (ta.powi(4) - tb.powi(4)), (slope(ta), slope(tb)));
+            pair(*a, *b, SIGMA * area * (ta.powi(4) - tb.powi(4)), slope(ta), slope(tb));
         }
         let (mut entered, mut left) = (0.0, 0.0);
         let mut passes = |heat: f64| if heat >= 0.0 { entered += heat } else { left -= heat };
@@ -155,6 +119,69 @@ impl Lumped {
         network.fixed.iter().for_each(|(node, _)| passes(heats[*node as usize]));
         // Each conductance stands in the balances of two nodes.
         Passing { through: entered.max(left), rounding: 2.0 * f64::EPSILON * hottest * conductances }
+    }
+}
+
+/// Heat balances of a stage on the way to its end.
+struct LumpedBalances<'b> {
+    lumped: &'b mut LumpedSolver,
+    network: &'b Network,
+    load: &'b Load,
+    /// Time at the beginning of the step, s.
+    time: f64,
+    /// Heat per kelvin of warming at the end over the capacity, 1/s.
+    rate: f64,
+    /// Heat that passes at the temperatures assessed last.
+    passing: Passing,
+    /// Imbalance before the last step, W.
+    last: f64,
+}
+
+impl HeatBalances for LumpedBalances<'_> {
+    fn assess(&mut self, temperatures: &[f64]) -> Result<f64> {
+        let Self { lumped, network, rate, .. } = self;
+        self.passing = lumped.assemble(network, self.load, temperatures);
+        let mut magnitude = 0.0;
+        for (i, t) in temperatures.iter().enumerate().filter(|(i, _)| network.capacity[*i] > 0.0) {
+            lumped.heat[i] += *rate * (network.enthalpy(i, *t) - lumped.target[i]);
+            lumped.slopes[(i, i)] += *rate * network.capacity_at(i, *t);
+            // A temperature is known to its last place, and so is the heat stored at it.
+            magnitude += network.capacity[i] * t;
+        }
+        self.passing.rounding += 4.0 * f64::EPSILON * *rate * magnitude;
+        for (node, _) in &network.fixed {
+            let node = *node as usize;
+            lumped.heat[node] = 0.0;
+            lumped.slopes.row_mut(node).fill(0.0);
+            lumped.slopes.column_mut(node).fill(0.0);
+            lumped.slopes[(node, node)] = 1.0;
+        }
+        Ok(lumped.heat.iter().map(|r| r.abs()).sum())
+    }
+
+    fn are_closed(&mut self, _: &[f64], imbalance: f64) -> Result<bool> {
+        let Passing { through, rounding } = self.passing;
+        // Rounding is a bound that is seldom reached: as long as a step still helps, another is taken.
+        let is_spent = imbalance <= rounding && imbalance > 0.3 * self.last;
+        self.last = imbalance;
+        Ok(imbalance <= BALANCE * through || is_spent)
+    }
+
+    fn find_step(&mut self, _: &[f64], _: f64, step: &mut [f64]) -> Result<()> {
+        let LumpedSolver { slopes, heat, .. } = self.lumped;
+        if !eliminate(slopes, heat) {
+            return Err(Error::stopped(Stop::LinearSolver, format!("the linear solver stopped {}: a singular matrix", self.when())));
+        }
+        step.iter_mut().zip(heat.iter()).for_each(|(step, heat)| *step = -heat);
+        Ok(())
+    }
+
+    fn when(&self) -> String {
+        format!("at {:.6} s", self.time)
+    }
+
+    fn unsolved(&self, imbalance: f64) -> Error {
+        unsolved(self.time, imbalance, self.passing.through)
     }
 }
 

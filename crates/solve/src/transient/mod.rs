@@ -13,28 +13,21 @@ mod passage;
 mod plan;
 mod settle;
 mod stage;
+pub mod tr_bdf2;
 pub mod water;
 
 use super::balance::{Balance, balance};
 use super::steady::Solver;
 use super::system::System;
 pub use before::Before;
-pub use before::parabola;
 use coldplate_base::error::{Error, Result, Stop};
 use coldplate_network::{Load, Network, Stream, StreamState};
-use lumped::Lumped;
+use lumped::LumpedSolver;
 use modes::Modes;
 use parcels::{Parcel, Parcels};
-use stage::{Solved, Stage};
+use stage::{ImplicitStage, SolvedStage};
+use tr_bdf2::{EARLIER, GAMMA, OWN};
 
-/// End of the first stage, as a share of the step: 2 - sqrt 2.
-pub const GAMMA: f64 = 0.585_786_437_626_905;
-/// Weight of each stage's own heat flow, dimensionless: gamma / 2 in both.
-pub const OWN: f64 = GAMMA / 2.0;
-/// Weights of the first two heat flows in the whole step, dimensionless: sqrt 2 / 4.
-pub const EARLIER: f64 = std::f64::consts::SQRT_2 / 4.0;
-/// Constant of the local error h³ T''', dimensionless: (3 gamma² - 4 gamma + 2) / (12 (2 - gamma)).
-pub const LOCAL_ERROR: f64 = 0.040_440_114_519_881;
 /// Steps between two hierarchies of the preconditioner, a count. Chosen: setup against iterations.
 const RENEWAL: usize = 100;
 /// Most rejected trials of one step, a count. Chosen: time against runs that are refused.
@@ -51,7 +44,7 @@ pub const BALANCE: f64 = 1e-10;
 
 /// How accurately to integrate.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Settings {
+pub struct StepSettings {
     /// Error allowed in each step, K, at any node.
     pub tolerance: f64,
     /// Longest step, s.
@@ -60,7 +53,7 @@ pub struct Settings {
     pub balance: f64,
 }
 
-impl Default for Settings {
+impl Default for StepSettings {
     fn default() -> Self {
         Self { tolerance: 0.01, longest: f64::INFINITY, balance: BALANCE }
     }
@@ -117,10 +110,10 @@ impl Energy {
 pub struct Transient<'a> {
     network: &'a Network,
     system: System,
-    settings: Settings,
+    settings: StepSettings,
     preconditioner: Option<stage::Preconditioner>,
     /// Dense solver, for a network of few nodes.
-    lumped: Option<Lumped>,
+    lumped: Option<LumpedSolver>,
     /// Modes of a linear network, if states between are not asked for.
     strides: Strides,
     /// Ends of the steps that are to be taken, s, whatever their error; empty where the error decides.
@@ -139,14 +132,14 @@ enum Strides {
 
 /// Heat that enters and leaves the solids and their surroundings other than water, W.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Passing {
+pub struct HeatPassing {
     /// Heat that enters.
     pub entering: f64,
     /// Heat that leaves.
     pub leaving: f64,
 }
 
-impl Passing {
+impl HeatPassing {
     fn at(network: &Network, load: &Load, temperatures: &[f64]) -> Self {
         Self::of(&balance(network, load, &[], temperatures))
     }
@@ -161,14 +154,14 @@ impl<'a> Transient<'a> {
     ///
     /// # Errors
     /// The tolerance or the longest step is not positive.
-    pub fn new(network: &'a Network, settings: Settings) -> Result<Self> {
+    pub fn new(network: &'a Network, settings: StepSettings) -> Result<Self> {
         if settings.tolerance.is_nan() || settings.tolerance <= 0.0 {
             return Err(Error::input("the tolerance must be positive").at_key("tolerance").read(settings.tolerance));
         }
         if settings.longest.is_nan() || settings.longest <= 0.0 {
             return Err(Error::input("the longest step must be positive").at_key("longest").read(settings.longest));
         }
-        let lumped = Lumped::of(network);
+        let lumped = LumpedSolver::of(network);
         let system = System::new(network);
         let (strides, given) = (Strides::No, Vec::new());
         Ok(Self { network, system, settings, preconditioner: None, lumped, strides, given })
@@ -218,9 +211,7 @@ impl<'a> Transient<'a> {
     /// One temperature (K) everywhere at time zero, held nodes excepted.
     pub fn uniform(&self, load: &Load, temperature: f64) -> TransientState {
         let mut temperatures = vec![temperature; self.network.nodes];
-        for (node, index) in &self.network.fixed {
-            temperatures[*node as usize] = load.fixed[*index as usize];
-        }
+        self.network.hold(load, &mut temperatures);
         let water = even_water(self.network, temperature);
         TransientState { time: 0.0, temperatures, water, step: 0.0, steps: 0, rejected: 0, energy: Energy::default(), before: None }
     }
@@ -358,7 +349,7 @@ impl<'a> Transient<'a> {
         if !Modes::is_straight(now, &middle, &end) {
             return Ok(None);
         }
-        modes.step(self.network, state, until - state.time, (now, &end));
+        modes.step(self.network, state, until - state.time, now, &end);
         if state.temperatures.iter().any(|t| !t.is_finite() || *t <= 0.0) {
             return Err(Error::stopped(Stop::NotFinite, format!("a temperature is no longer above absolute zero at {until:.6} s")));
         }
@@ -400,10 +391,10 @@ impl<'a> Transient<'a> {
         let (early, middle) = halfway.as_ref().map_or((&between, &end), |(early, middle)| (early, middle));
         let (begin, passing) = match &state.before {
             Some(before) => (before.flow.clone(), before.passing),
-            None => (self.solid_flow(now, &state.temperatures), Passing::at(network, now, &state.temperatures)),
+            None => (self.solid_flow(now, &state.temperatures), HeatPassing::at(network, now, &state.temperatures)),
         };
 
-        let first = Stage {
+        let first = ImplicitStage {
             duration: GAMMA * h,
             own: OWN * h,
             earlier: vec![(OWN * h, &begin)],
@@ -413,8 +404,8 @@ impl<'a> Transient<'a> {
             load: &between,
         };
         let guess = self.extrapolated(state, GAMMA * h);
-        let Solved { temperatures: at_between, flow, passing: passing_between, .. } = self.solve(&first, state, &guess)?;
-        let second = Stage {
+        let SolvedStage { temperatures: at_between, flow, passing: passing_between, .. } = self.solve(&first, state, guess)?;
+        let second = ImplicitStage {
             duration: h,
             own: OWN * h,
             earlier: vec![(EARLIER * h, &begin), (EARLIER * h, &flow)],
@@ -424,7 +415,7 @@ impl<'a> Transient<'a> {
             load: &end,
         };
         let guess = self.continued(state, h, &at_between);
-        let Solved { temperatures, water, flow, passing: last } = self.solve(&second, state, &guess)?;
+        let SolvedStage { temperatures, water, flow, passing: last } = self.solve(&second, state, guess)?;
 
         let error = self.local_error(state, h, &at_between, &temperatures);
         let mut energy = state.energy;
@@ -480,5 +471,5 @@ struct Taken {
     /// Load at the end, with the heat into each solid (W) and the heat that passes there.
     load: Load,
     flow: Vec<f64>,
-    passing: Passing,
+    passing: HeatPassing,
 }

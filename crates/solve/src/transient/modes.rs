@@ -117,7 +117,7 @@ impl Modes {
     }
 
     /// Takes a state on by `h` (s) while the load runs straight between two.
-    pub fn step(&mut self, network: &Network, state: &mut TransientState, h: f64, (begin, end): (&Load, &Load)) {
+    pub fn step(&mut self, network: &Network, state: &mut TransientState, h: f64, begin: &Load, end: &Load) {
         if self.known.0 != h {
             self.known = (h, self.rates.iter().map(|rate| Weights::of((rate * h).max(0.0))).collect());
         }
@@ -141,7 +141,7 @@ impl Modes {
             state.energy.stored += network.capacity[*node] * (after[i] - before[i]);
             state.temperatures[*node] = after[i];
         }
-        network.fixed.iter().for_each(|(node, index)| state.temperatures[*node as usize] = end.fixed[*index as usize]);
+        network.hold(end, &mut state.temperatures);
     }
 
     /// Drive of each mode, K (J/K)^½ per second.

@@ -13,7 +13,7 @@ pub struct Parcel {
 
 /// Water that enters or leaves in a share of an interval, its temperature straight over time.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Share {
+pub struct Inflow {
     /// Share of the interval.
     pub share: f64,
     /// Temperature of the water that comes first, K.
@@ -25,7 +25,7 @@ pub struct Share {
 /// Parcels from inlet to outlet.
 pub type Parcels = Vec<Parcel>;
 /// Water that enters or leaves during an interval, in the order of time.
-pub type Flow = Vec<Share>;
+pub type Inflows = Vec<Inflow>;
 
 impl Parcel {
     /// A volume (m³) of one temperature (K).
@@ -51,7 +51,7 @@ impl Parcel {
     }
 }
 
-impl Share {
+impl Inflow {
     /// Mean temperature, K.
     pub fn mean(&self) -> f64 {
         f64::midpoint(self.first, self.last)
@@ -64,25 +64,25 @@ impl Share {
 }
 
 /// Outflows that mix, each with its weight: one flow of their common temperature.
-pub fn mixed(flows: &[(&Flow, f64)]) -> Flow {
+pub fn mixed(flows: &[(&Inflows, f64)]) -> Inflows {
     if let [(flow, _)] = flows {
         return (*flow).clone();
     }
     let mut at: Vec<(usize, f64)> = vec![(0, 0.0); flows.len()];
-    let mut found = Flow::new();
+    let mut found = Inflows::new();
     let mut now = 0.0;
     while now < 1.0 - 1e-12 {
         // The next moment at which one of them changes.
         let next = flows.iter().zip(&at).filter_map(|((flow, _), (i, begun))| flow.get(*i).map(|s| begun + s.share)).fold(1.0, f64::min);
         let mixture = |time: f64| -> f64 {
-            let of = |((flow, w), (i, begun)): (&(&Flow, f64), &(usize, f64))| match flow.get(*i) {
+            let of = |((flow, w), (i, begun)): (&(&Inflows, f64), &(usize, f64))| match flow.get(*i) {
                 Some(share) => Some(w * share.at(time - begun)),
                 None => flow.last().map(|share| w * share.last),
             };
             flows.iter().zip(&at).filter_map(of).sum()
         };
         if next > now {
-            found.push(Share { share: next - now, first: mixture(now), last: mixture(next) });
+            found.push(Inflow { share: next - now, first: mixture(now), last: mixture(next) });
         }
         for ((flow, _), (i, begun)) in flows.iter().zip(&mut at) {
             while flow.get(*i).is_some_and(|s| *begun + s.share <= next + 1e-12) {

@@ -37,7 +37,7 @@ pub(super) struct Passage {
 
 /// A stretch of a way within one station.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Part {
+pub(super) struct StationPart {
     pub station: u32,
     /// Share of the difference to the wall that is given off in it.
     pub given: f64,
@@ -49,13 +49,13 @@ pub(super) struct Part {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Way {
     /// The rest of the station it stands in.
-    pub begin: Option<Part>,
+    pub begin: Option<StationPart>,
     /// First station that it passes whole, the station behind the last of these, and the share of a difference left behind them.
     pub from: u32,
     pub until: u32,
     pub passed: f64,
     /// The part of the station in which it comes to stand.
-    pub end: Option<Part>,
+    pub end: Option<StationPart>,
 }
 
 /// The stations in which the last place looked for began and ended: the next one lies near.
@@ -153,7 +153,7 @@ impl Passage {
         let part = |station: usize, from: f64, to: f64| {
             let share = (to - from) / self.capacity[station];
             let given = 1.0 - (-self.conductance[station] / self.rate * share).exp();
-            Part { station: station as u32, given, warmed: self.dissipation[station] / self.rate * share }
+            StationPart { station: station as u32, given, warmed: self.dissipation[station] / self.rate * share }
         };
         // The rest of the station it is in, unless it stands at its beginning; whole stations; a part of the last one.
         let is_whole = to >= self.ends[first] && self.ends[first] - at > (1.0 - 1e-12) * self.capacity[first];
@@ -175,7 +175,7 @@ impl Passage {
         let station = self.ends.partition_point(|e| *e <= place).min(self.ends.len() - 1);
         let given = 1.0 - (-self.conductance[station] * self.duration / self.capacity[station]).exp();
         let warmed = self.dissipation[station] * self.duration / self.capacity[station];
-        let part = Part { station: station as u32, given, warmed };
+        let part = StationPart { station: station as u32, given, warmed };
         Way { begin: Some(part), from: station as u32, until: station as u32, passed: 1.0, end: None }
     }
 

@@ -6,12 +6,12 @@
 //! enters and where it leaves them. All of it is followed at once, because every difference to the water of one mark shrinks alike. The
 //! wall gains the heat that the water loses, to rounding.
 
-use super::parcels::{Flow, Parcel, Parcels, Share};
-use super::passage::{Nearest, Part, Passage, Way};
+use super::parcels::{Inflow, Inflows, Parcel, Parcels};
+use super::passage::{Nearest, Passage, StationPart, Way};
 
 /// Cuts of the water, and the quantities of its passage that follow from no temperature.
 #[derive(Debug, Clone)]
-pub(super) struct Plan {
+pub(super) struct WaterPlan {
     /// Ends of pieces from the inlet on; an end that two pieces share stands once.
     marks: Vec<Mark>,
     /// Pieces from the inlet on: the last ones leave.
@@ -52,18 +52,18 @@ struct Piece {
 
 /// Result of carrying water along walls.
 #[derive(Debug, Clone, Default)]
-pub struct Passed {
+pub struct WaterPassage {
     /// Heat to the wall of each station, J.
     pub heat: Vec<f64>,
     /// Temperatures that its marks have come to, K.
     pub(super) marks: Vec<f64>,
     /// Water that left, if another stream takes it in.
-    pub(super) outflow: Flow,
+    pub(super) outflow: Inflows,
 }
 
-impl Plan {
+impl WaterPlan {
     /// A plan for parcels, which fill the channel whatever its capacity is now, while `inflow` enters.
-    pub fn new(passage: &Passage, parcels: &[Parcel], inflow: &[Share]) -> Self {
+    pub fn new(passage: &Passage, parcels: &[Parcel], inflow: &[Inflow]) -> Self {
         let stations = passage.stations();
         let size = inflow.len() + parcels.len() + 2 * stations;
         let mut plan = Self {
@@ -81,7 +81,7 @@ impl Plan {
     }
 
     /// Finds pieces and marks.
-    fn cut(&mut self, passage: &Passage, parcels: &[Parcel], inflow: &[Share]) {
+    fn cut(&mut self, passage: &Passage, parcels: &[Parcel], inflow: &[Inflow]) {
         let (content, moved, tiny) = (passage.content(), passage.moved(), passage.tiny());
         let held: f64 = parcels.iter().map(|p| p.volume).sum();
         let scale = if held > 0.0 { content / held } else { 0.0 };
@@ -151,12 +151,12 @@ impl Plan {
     }
 
     /// Carries parcels and inflow, of volumes as in the plan, along walls at `wall` (K, by station).
-    pub fn pass(&self, passage: &Passage, wall: &[f64], parcels: &[Parcel], inflow: &[Share]) -> Passed {
+    pub fn pass(&self, passage: &Passage, wall: &[f64], parcels: &[Parcel], inflow: &[Inflow]) -> WaterPassage {
         let stations = passage.stations();
         let reference = passage.reference(wall);
         let mut heat = vec![0.0; stations];
         let mut difference = vec![0.0; stations + 1];
-        let mut pass = |part: &Part, t: f64, c: f64| {
+        let mut pass = |part: &StationPart, t: f64, c: f64| {
             let k = part.station as usize;
             let lost = part.given * (t - wall[k]);
             heat[k] += c * lost;
@@ -193,21 +193,21 @@ impl Plan {
             heat[k] += (1.0 - passage.left[k]) * (self.through[k] * (reference[k] - wall) + running);
             running *= passage.left[k];
         }
-        Passed { heat, marks, outflow: Flow::new() }
+        WaterPassage { heat, marks, outflow: Inflows::new() }
     }
 
     /// Water that leaves, the foremost first, from the temperatures of the marks (K).
-    pub fn outflow(&self, marks: &[f64]) -> Flow {
+    pub fn outflow(&self, marks: &[f64]) -> Inflows {
         let share = |piece: &Piece| if self.leaving > 0.0 { piece.capacity / self.leaving } else { 1.0 };
         let of = |piece: &Piece| {
             let mark = piece.mark as usize;
-            Share { share: share(piece), first: marks[mark + 1], last: marks[mark] }
+            Inflow { share: share(piece), first: marks[mark + 1], last: marks[mark] }
         };
         self.pieces[self.staying..].iter().rev().map(of).collect()
     }
 
     /// Shares of the water that leaves, without temperatures.
-    pub fn empty_outflow(&self) -> Flow {
+    pub fn empty_outflow(&self) -> Inflows {
         self.outflow(&vec![0.0; self.marks.len()])
     }
 
@@ -262,13 +262,13 @@ mod tests {
             let (passage, walls) = (passage(duration), walls());
             let content = passage.content();
             let parcels: Parcels = (0..30).map(|i| Parcel::even(content / 30.0 / VOLUMETRIC, 290.0 + 15.0 * f64::from(i % 5))).collect();
-            let inflow: Flow = vec![Share { share: 0.3, first: 290.0, last: 300.0 }, Share { share: 0.7, first: 310.0, last: 310.0 }];
-            let plan = Plan::new(&passage, &parcels, &inflow);
+            let inflow: Inflows = vec![Inflow { share: 0.3, first: 290.0, last: 300.0 }, Inflow { share: 0.7, first: 310.0, last: 310.0 }];
+            let plan = WaterPlan::new(&passage, &parcels, &inflow);
             let passed = plan.pass(&passage, &walls, &parcels, &inflow);
             let (kept, outflow) = (plan.parcels(&passage, &passed.marks), plan.outflow(&passed.marks));
             let moved = passage.moved();
             let held = |p: &Parcels| p.iter().map(|p| p.volume * VOLUMETRIC * p.mean()).sum::<f64>();
-            let flow = |f: &Flow| f.iter().map(|s| moved * s.share * s.mean()).sum::<f64>();
+            let flow = |f: &Inflows| f.iter().map(|s| moved * s.share * s.mean()).sum::<f64>();
             let lost = held(&parcels) + flow(&inflow) - held(&kept) - flow(&outflow) + plan.dissipated;
             let gained: f64 = passed.heat.iter().sum();
             assert!((lost - gained).abs() < 1e-12 * (content + moved) * 300.0, "{duration} s: {lost} J, {gained} J");
@@ -295,7 +295,7 @@ mod tests {
         let walls = walls();
         let still = Passage::of(vec![10.0; STATIONS], vec![5.0; STATIONS], vec![0.0; STATIONS], [0.0, 4.0, VOLUMETRIC]);
         let parcels = vec![Parcel::even(still.volume(), 290.0)];
-        let plan = Plan::new(&still, &parcels, &[]);
+        let plan = WaterPlan::new(&still, &parcels, &[]);
         let passed = plan.pass(&still, &walls, &parcels, &[]);
         for (k, (heat, wall)) in passed.heat.iter().zip(&walls).enumerate() {
             let expected = 10.0 * (1.0 - (-2.0f64).exp()) * (290.0 - wall);

@@ -1,10 +1,10 @@
 //! Nodes that store no heat, brought into balance at an instant while all nodes that store heat stand still.
 
 use super::super::csr::norm;
-use super::stage::Preconditioner;
+use super::stage::{Preconditioner, still};
 use super::{Transient, TransientState};
 use coldplate_base::error::{Error, Result, Stop};
-use coldplate_network::{Load, StreamState};
+use coldplate_network::Load;
 
 /// Rate, 1/s, that is multiplied by the capacity (J/K) on the diagonal: it keeps nodes that store heat in place while the others are
 /// solved for. Chosen: firmness against rounding.
@@ -20,17 +20,14 @@ impl Transient<'_> {
     /// Brings held nodes to their temperatures at the beginning of the load, and arithmetic nodes into balance.
     pub(super) fn settle(&mut self, state: &mut TransientState, load: &Load) -> Result<()> {
         let network = self.network;
-        for (node, index) in &network.fixed {
-            state.temperatures[*node as usize] = load.fixed[*index as usize];
-        }
+        network.hold(load, &mut state.temperatures);
         let is_held = |i: u32| network.fixed.iter().any(|(node, _)| *node == i);
         let free: Vec<usize> = (0..network.solids).filter(|i| network.capacity[*i] == 0.0 && !is_held(*i as u32)).collect();
         if free.is_empty() {
             return Ok(());
         }
         let streams = network.stream_states(load, &state.temperatures)?;
-        let still: Vec<StreamState> =
-            streams.iter().map(|s| StreamState { capacity_rate: 0.0, exchange: vec![0.0; s.exchange.len()], ..s.clone() }).collect();
+        let still = still(&streams);
         let mut preconditioner = match self.preconditioner.take() {
             Some(known) => known,
             None => Preconditioner::new(network, &self.system, load, &state.temperatures)?,

@@ -4,10 +4,10 @@
 //! temperatures. A stage therefore plans once, asks for the heat along as many walls as its iteration takes, and moves the water once,
 //! at its end.
 
-use super::parcels::{Flow, Parcel, Parcels, Share, mixed};
+use super::parcels::{Inflow, Inflows, Parcel, Parcels, mixed};
 use super::passage::Passage;
-pub use super::plan::Passed;
-use super::plan::Plan;
+pub use super::plan::WaterPassage;
+use super::plan::WaterPlan;
 use coldplate_base::error::Result;
 use coldplate_network::stream::members;
 use coldplate_network::{Load, Network, StreamState};
@@ -23,8 +23,8 @@ pub struct Streams<'n> {
     /// Water in each stream at the beginning.
     parcels: Vec<Parcels>,
     /// Inflow of each circuit.
-    inflows: Vec<Flow>,
-    plans: Vec<Plan>,
+    inflows: Vec<Inflows>,
+    plans: Vec<WaterPlan>,
 }
 
 /// Result of a stage for the water.
@@ -42,22 +42,28 @@ pub struct Water {
 
 impl<'n> Streams<'n> {
     /// The streams in given states for a duration (s), with the water that is in them and the inflow of each circuit.
-    pub fn new(network: &'n Network, states: &[StreamState], duration: f64, water: &[Parcels], inflows: Vec<Flow>) -> Self {
+    pub fn new(network: &'n Network, states: &[StreamState], duration: f64, water: &[Parcels], inflows: Vec<Inflows>) -> Self {
         let passages: Vec<Passage> = network.streams.iter().zip(states).map(|(stream, s)| Passage::new(stream, s, duration)).collect();
         let parcels = passages.iter().zip(water).map(|(passage, parcels)| passage.fitted(parcels)).collect();
         Self::planned(network, passages, states.iter().map(|s| s.mixture.clone()).collect(), parcels, inflows)
     }
 
-    fn planned(network: &'n Network, passages: Vec<Passage>, mixtures: Vec<Vec<f64>>, parcels: Vec<Parcels>, inflows: Vec<Flow>) -> Self {
+    fn planned(
+        network: &'n Network,
+        passages: Vec<Passage>,
+        mixtures: Vec<Vec<f64>>,
+        parcels: Vec<Parcels>,
+        inflows: Vec<Inflows>,
+    ) -> Self {
         let feeds = (0..network.streams.len()).map(|s| network.streams.iter().any(|below| below.upstream.contains(&s))).collect();
         let mut streams = Self { network, passages, mixtures, feeds, parcels, inflows, plans: Vec::new() };
-        let mut plans: Vec<Option<Plan>> = vec![None; network.streams.len()];
+        let mut plans: Vec<Option<WaterPlan>> = vec![None; network.streams.len()];
         // The division of flows depends on no temperature, so flows of zero temperature tell how mixed flows are divided.
-        let mut outflows: Vec<Flow> = vec![Flow::new(); network.streams.len()];
+        let mut outflows: Vec<Inflows> = vec![Inflows::new(); network.streams.len()];
         for (circuit, tree) in network.circuits.iter().enumerate() {
             for s in members(&tree.layout) {
                 let entering = streams.entering(circuit, s, |above| &outflows[above]);
-                let plan = Plan::new(&streams.passages[s], &streams.parcels[s], &entering);
+                let plan = WaterPlan::new(&streams.passages[s], &streams.parcels[s], &entering);
                 if streams.feeds[s] {
                     outflows[s] = plan.empty_outflow();
                 }
@@ -72,7 +78,7 @@ impl<'n> Streams<'n> {
     /// needs one parcel, which is cut at the stations.
     pub fn cold(&self) -> Self {
         let one = |parcels: &Parcels| vec![Parcel::even(parcels.iter().map(|p| p.volume).sum(), 0.0)];
-        let none = |flow: &Flow| flow.iter().map(|s| Share { share: s.share, first: 0.0, last: 0.0 }).collect();
+        let none = |flow: &Inflows| flow.iter().map(|s| Inflow { share: s.share, first: 0.0, last: 0.0 }).collect();
         let passages = self.passages.iter().map(Passage::calm).collect();
         let (parcels, inflows) = (self.parcels.iter().map(one).collect(), self.inflows.iter().map(none).collect());
         Self::planned(self.network, passages, self.mixtures.clone(), parcels, inflows)
@@ -84,8 +90,8 @@ impl<'n> Streams<'n> {
     }
 
     /// Carries the water of every stream along walls, upstream ones first.
-    pub fn carry(&self, wall: &dyn Fn(usize) -> f64) -> Vec<Passed> {
-        let mut found: Vec<Passed> = vec![Passed::default(); self.passages.len()];
+    pub fn carry(&self, wall: &dyn Fn(usize) -> f64) -> Vec<WaterPassage> {
+        let mut found: Vec<WaterPassage> = vec![WaterPassage::default(); self.passages.len()];
         let mut walls = Vec::new();
         for (circuit, tree) in self.network.circuits.iter().enumerate() {
             for s in members(&tree.layout) {
@@ -108,7 +114,7 @@ impl<'n> Streams<'n> {
     }
 
     /// Visits the heat (J) of every cell: a share of the heat to its station's wall, corrected by the cell's own temperature.
-    pub fn heats(&self, wall: &dyn Fn(usize) -> f64, passed: &[Passed], mut visit: impl FnMut(usize, f64)) {
+    pub fn heats(&self, wall: &dyn Fn(usize) -> f64, passed: &[WaterPassage], mut visit: impl FnMut(usize, f64)) {
         for ((stream, passed), plan) in self.network.streams.iter().zip(passed).zip(&self.plans) {
             for ((station, heat), weight) in stream.stations.iter().zip(&passed.heat).zip(&plan.weight) {
                 let mean: f64 = station.cells.iter().map(|(n, w)| w * wall(*n)).sum();
@@ -120,11 +126,11 @@ impl<'n> Streams<'n> {
     }
 
     /// Moves the water to where it has come, and sets the water nodes to the ends of their stations.
-    pub fn moved(&self, passed: &[Passed], temperatures: &mut [f64]) -> Water {
+    pub fn moved(&self, passed: &[WaterPassage], temperatures: &mut [f64]) -> Water {
         let mut found = Water::default();
         // Enthalpy counts from one temperature near all others, so that little cancels.
         let zero = self.inflows.iter().flatten().next().map_or(300.0, |s| s.first);
-        let heat = |flow: &Flow| flow.iter().map(|s| s.share * (s.mean() - zero)).sum::<f64>();
+        let heat = |flow: &Inflows| flow.iter().map(|s| s.share * (s.mean() - zero)).sum::<f64>();
         for (s, (stream, plan)) in self.network.streams.iter().zip(&self.plans).enumerate() {
             let (passage, marks) = (&self.passages[s], &passed[s].marks);
             let parcels = plan.parcels(passage, marks);
@@ -147,19 +153,19 @@ impl<'n> Streams<'n> {
     }
 
     /// Inflow of a stream: the inflow of its circuit, or the mixed outflow of the streams upstream.
-    fn entering<'f>(&self, circuit: usize, s: usize, outflow: impl Fn(usize) -> &'f Flow) -> Flow {
+    fn entering<'f>(&self, circuit: usize, s: usize, outflow: impl Fn(usize) -> &'f Inflows) -> Inflows {
         let upstream = &self.network.streams[s].upstream;
         if upstream.is_empty() {
             return self.inflows[circuit].clone();
         }
-        let flows: Vec<(&Flow, f64)> = upstream.iter().zip(&self.mixtures[s]).map(|(u, w)| (outflow(*u), *w)).collect();
+        let flows: Vec<(&Inflows, f64)> = upstream.iter().zip(&self.mixtures[s]).map(|(u, w)| (outflow(*u), *w)).collect();
         mixed(&flows)
     }
 }
 
 /// Inflow of each circuit over a stage: the inlet temperature runs straight from its value at the beginning.
-pub fn inflows(begin: &Load, end: &Load) -> Vec<Flow> {
-    let of_circuit = |(first, last): (&f64, &f64)| vec![Share { share: 1.0, first: *first, last: *last }];
+pub fn inflows(begin: &Load, end: &Load) -> Vec<Inflows> {
+    let of_circuit = |(first, last): (&f64, &f64)| vec![Inflow { share: 1.0, first: *first, last: *last }];
     begin.inlets.iter().zip(&end.inlets).map(of_circuit).collect()
 }
 

@@ -3,7 +3,7 @@
 
 use coldplate_runtime::NINETY_FIVE;
 
-use super::model::{Kernel, Miss, PointModel, Polynomial, Surrogate, Transform, Uncertainty, Variable};
+use super::model::{Kernel, Miss, PointModel, PolynomialSpec, SurrogateSpec, Transform, UncertaintySpec, VariableSpec};
 use coldplate_base::error::{Error, Result};
 
 /// g(x) of a transform.
@@ -27,13 +27,13 @@ pub fn radial(kernel: Kernel, r2: f64) -> f64 {
 }
 
 /// u = 2 (g(x) - g(low)) / (g(high) - g(low)) - 1; 0 where the variable has no range.
-pub fn scaled(variable: &Variable, transform: Transform, x: f64) -> f64 {
+pub fn scaled(variable: &VariableSpec, transform: Transform, x: f64) -> f64 {
     let (low, high) = (transformed(transform, variable.low), transformed(transform, variable.high));
     if high == low { 0.0 } else { 2.0 * (transformed(transform, x) - low) / (high - low) - 1.0 }
 }
 
 /// A condition in scaled variables.
-pub fn scale_row(variables: &[Variable], transforms: &[Transform], x: &[f64]) -> Vec<f64> {
+pub fn scale_row(variables: &[VariableSpec], transforms: &[Transform], x: &[f64]) -> Vec<f64> {
     variables.iter().zip(transforms).zip(x).map(|((variable, transform), x)| scaled(variable, *transform, *x)).collect()
 }
 
@@ -42,7 +42,7 @@ pub(super) fn monomial(exponents: &[u8], u: &[f64]) -> f64 {
     exponents.iter().zip(u).fold(1.0, |product, (e, u)| (0..*e).fold(product, |p, _| p * u))
 }
 
-fn polynomial_value(polynomial: &Polynomial, variables: &[Variable], x: &[f64]) -> f64 {
+fn polynomial_value(polynomial: &PolynomialSpec, variables: &[VariableSpec], x: &[f64]) -> f64 {
     let u = scale_row(variables, &polynomial.transforms, x);
     polynomial.terms.iter().zip(&polynomial.coefficients).map(|(term, c)| c * monomial(term, &u)).sum()
 }
@@ -51,7 +51,7 @@ fn polynomial_value(polynomial: &Polynomial, variables: &[Variable], x: &[f64]) 
 ///
 /// # Errors
 /// A point or basis that does not exist, or a condition of the wrong length, as bad input.
-pub fn evaluate(surrogate: &Surrogate, point: usize, x: &[f64]) -> Result<f64> {
+pub fn evaluate(surrogate: &SurrogateSpec, point: usize, x: &[f64]) -> Result<f64> {
     let index = point;
     let Some(point) = surrogate.points.get(index) else {
         return Err(Error::input(format!("point {index} is asked for, the surrogate has {}", surrogate.points.len())));
@@ -83,9 +83,9 @@ pub(super) fn distance_square(scales: &[f64], a: &[f64], b: &[f64]) -> f64 {
     scales.iter().zip(a).zip(b).map(|((s, a), b)| (s * (a - b)).powi(2)).sum()
 }
 
-impl Uncertainty {
+impl UncertaintySpec {
     /// Change of a point with one standard deviation of each parameter at the condition `x`, in the point's unit.
-    pub fn slopes_at(&self, surrogate: &Surrogate, point: usize, x: &[f64]) -> Vec<f64> {
+    pub fn slopes_at(&self, surrogate: &SurrogateSpec, point: usize, x: &[f64]) -> Vec<f64> {
         let u = scale_row(&surrogate.variables, &self.transforms, x);
         let mut slopes = vec![0.0; self.parameters.len()];
         for (term, row) in self.terms.iter().zip(&self.slopes[point]) {
@@ -96,7 +96,7 @@ impl Uncertainty {
     }
 
     /// Change of a point's value by the mean of the states at the condition `x`, in the point's unit.
-    pub fn shift(&self, surrogate: &Surrogate, point: usize, x: &[f64]) -> f64 {
+    pub fn shift(&self, surrogate: &SurrogateSpec, point: usize, x: &[f64]) -> f64 {
         let Some(states) = &self.states else { return 0.0 };
         let (count, Miss { own, common }) = (self.parameters.len(), self.misses[point]);
         let slopes: f64 = self.slopes_at(surrogate, point, x).iter().zip(&states.mean).map(|(s, m)| s * m).sum();
@@ -106,7 +106,7 @@ impl Uncertainty {
 
     /// Standard deviation of a point's value at the condition `x`, in the point's unit: the definition that the runtime crate
     /// is tested against.
-    pub fn deviation(&self, surrogate: &Surrogate, point: usize, x: &[f64]) -> f64 {
+    pub fn deviation(&self, surrogate: &SurrogateSpec, point: usize, x: &[f64]) -> f64 {
         let (count, points) = (self.parameters.len(), surrogate.points.len());
         let Miss { own, common } = self.misses[point];
         let mut weights = self.slopes_at(surrogate, point, x);
@@ -123,9 +123,9 @@ impl Uncertainty {
         (by_states.max(0.0) + fit * fit + away * away * (own * own + common * common)).sqrt()
     }
 
-    fn distance(&self, surrogate: &Surrogate, x: &[f64]) -> f64 {
+    fn distance(&self, surrogate: &SurrogateSpec, x: &[f64]) -> f64 {
         let rows = self.measured.len() as f64;
-        let square = |(k, v): (usize, &Variable)| {
+        let square = |(k, v): (usize, &VariableSpec)| {
             let mean = self.measured.iter().map(|row| row[k]).sum::<f64>() / rows;
             if v.high > v.low { (2.0 * (x[k] - mean) / (v.high - v.low)).powi(2) } else { 0.0 }
         };

@@ -1,4 +1,4 @@
-//! Surrogate files: written from and read into [`Surrogate`]. `docs/surrogate-format.md` states the
+//! Surrogate files: written from and read into [`SurrogateSpec`]. `docs/reference/surrogate-format.md` states the
 //! byte layout; `coldplate-runtime` is its reader, and every file written here is opened by it first.
 
 use std::collections::BTreeMap;
@@ -9,7 +9,10 @@ use runtime::format;
 
 use super::followed::section as section_of_followed;
 use super::in_time::section as section_of_time;
-use super::model::{Held, Limit, LimitKind, Point, PointModel, Polynomial, RbfBasis, Surrogate, Transform, Uncertainty, Variable};
+use super::model::{
+    HeldSpec, LimitKind, LimitSpec, PointModel, PointSpec, PolynomialSpec, RbfBasis, SurrogateSpec, Transform, UncertaintySpec,
+    VariableSpec,
+};
 use coldplate_base::atomic_file;
 use coldplate_base::error::{Error, Result};
 
@@ -23,7 +26,7 @@ const INNER_SELF_TESTS: usize = 5;
 /// Content beyond the format (too many variables, points, terms or centres; numbers that are not
 /// finite; names that are empty or there twice; a limit that mixes units), as bad input. A model
 /// so ill-conditioned that the runtime does not reproduce it, as failed numerics.
-pub fn encode(surrogate: &Surrogate) -> Result<Vec<u8>> {
+pub fn encode(surrogate: &SurrogateSpec) -> Result<Vec<u8>> {
     check(surrogate)?;
     let layout = Layout::of(surrogate)?;
     let mut bytes = layout.bytes(surrogate, &[])?;
@@ -46,7 +49,7 @@ pub fn encode(surrogate: &Surrogate) -> Result<Vec<u8>> {
 ///
 /// # Errors
 /// Errors of [`encode`]; a file that cannot be written.
-pub fn write(surrogate: &Surrogate, path: &Path) -> Result<()> {
+pub fn write(surrogate: &SurrogateSpec, path: &Path) -> Result<()> {
     let bytes = encode(surrogate).map_err(|e| e.in_file(path))?;
     atomic_file::write(path, &bytes)
 }
@@ -55,17 +58,17 @@ pub fn write(surrogate: &Surrogate, path: &Path) -> Result<()> {
 ///
 /// # Errors
 /// Bytes that are not an intact surrogate file.
-pub fn decode(bytes: &[u8]) -> Result<Surrogate> {
+pub fn decode(bytes: &[u8]) -> Result<SurrogateSpec> {
     let file = open(bytes)?;
     let variables = file.variable_count();
-    let mut tails: Vec<Option<Polynomial>> = vec![None; file.point_count()];
+    let mut tails: Vec<Option<PolynomialSpec>> = vec![None; file.point_count()];
     for block in file.polynomials() {
         let transforms: Vec<Transform> = (0..variables).map(|v| block.transform(v)).collect();
         for (column, point) in block.points.iter().enumerate() {
             let exponents = |term| (0..variables).map(|v| block.exponent(term, v)).collect::<Vec<u8>>();
             let used = (0..block.terms).map(|term| (term, block.coefficient(term, column))).filter(|(_, c)| *c != 0.0);
             let (terms, coefficients) = used.map(|(term, c)| (exponents(term), c)).unzip();
-            tails[point] = Some(Polynomial { transforms: transforms.clone(), terms, coefficients });
+            tails[point] = Some(PolynomialSpec { transforms: transforms.clone(), terms, coefficients });
         }
     }
     let mut radial: Vec<Option<(usize, Vec<f64>)>> = vec![None; file.point_count()];
@@ -82,7 +85,7 @@ pub fn decode(bytes: &[u8]) -> Result<Surrogate> {
             centres: (0..basis.count).map(centre).collect(),
         });
     }
-    let points = file.points().zip(tails.into_iter().flatten().zip(radial)).map(|(point, (tail, radial))| Point {
+    let points = file.points().zip(tails.into_iter().flatten().zip(radial)).map(|(point, (tail, radial))| PointSpec {
         name: point.name.to_owned(),
         unit: point.unit.to_owned(),
         model: match radial {
@@ -93,17 +96,17 @@ pub fn decode(bytes: &[u8]) -> Result<Surrogate> {
     });
     let limits = file.limits().filter_map(|limit| {
         let kind = limit.kind.renumbered(Some, Some)?;
-        Some(Limit { name: limit.name.to_owned(), kind, maximum: limit.maximum })
+        Some(LimitSpec { name: limit.name.to_owned(), kind, maximum: limit.maximum })
     });
-    let variables = file.variables().map(|v| Variable { name: v.name.to_owned(), unit: v.unit.to_owned(), low: v.low, high: v.high });
+    let variables = file.variables().map(|v| VariableSpec { name: v.name.to_owned(), unit: v.unit.to_owned(), low: v.low, high: v.high });
     let counts = [file.variable_count(), file.point_count(), file.held().count(), file.limits().count()];
-    Ok(Surrogate {
+    Ok(SurrogateSpec {
         variables: variables.collect(),
-        held: file.held().map(|h| Held { name: h.name.to_owned(), unit: h.unit.to_owned(), value: h.value }).collect(),
+        held: file.held().map(|h| HeldSpec { name: h.name.to_owned(), unit: h.unit.to_owned(), value: h.value }).collect(),
         bases,
         points: points.collect(),
         limits: limits.collect(),
-        uncertainty: file.uncertainty().map(|own| Uncertainty::of(&own)),
+        uncertainty: file.uncertainty().map(|own| UncertaintySpec::of(&own)),
         followed: section_of_followed::read(file.followed(), counts)?,
         in_time: section_of_time::read(&file),
         provenance: file.provenance().map(|(key, value)| (key.to_owned(), value.to_owned())).collect(),
@@ -121,14 +124,14 @@ pub fn open(bytes: &[u8]) -> Result<runtime::Surrogate<'_>> {
 }
 
 /// The polynomial part of a model.
-fn polynomial(model: &PointModel) -> &Polynomial {
+fn polynomial(model: &PointModel) -> &PolynomialSpec {
     match model {
         PointModel::Polynomial(polynomial) | PointModel::Rbf { tail: polynomial, .. } => polynomial,
     }
 }
 
 /// Checks the assumptions of the layout: bounds, and tables whose sizes agree.
-fn check(surrogate: &Surrogate) -> Result<()> {
+fn check(surrogate: &SurrogateSpec) -> Result<()> {
     let variables = surrogate.variables.len();
     let bounds = [
         ("variables", variables, format::MAX_VARIABLES),
@@ -215,7 +218,7 @@ struct Layout {
 }
 
 impl Layout {
-    fn of(surrogate: &Surrogate) -> Result<Self> {
+    fn of(surrogate: &SurrogateSpec) -> Result<Self> {
         // The transform of a fixed variable makes no difference; the file wants it plain.
         let codes = |transforms: &[Transform]| -> Vec<u8> {
             surrogate.variables.iter().zip(transforms).map(|(v, t)| if v.low == v.high { 0 } else { *t as u8 }).collect()
@@ -265,114 +268,35 @@ impl Layout {
     }
 
     /// Bytes of the file; `steps` are steps over time that readers must reproduce.
-    fn bytes(&self, surrogate: &Surrogate, steps: &[Vec<f64>]) -> Result<Vec<u8>> {
-        let mut pools = Pools::default();
-        let mut records = Vec::new();
-        let variables = &surrogate.variables;
-        pools.numbers.extend(variables.iter().flat_map(|v| [v.low, v.high]));
-        pools.numbers.extend(surrogate.points.iter().map(|p| p.half_width));
-        pools.numbers.extend(surrogate.limits.iter().map(|l| l.maximum));
+    fn bytes(&self, surrogate: &SurrogateSpec, steps: &[Vec<f64>]) -> Result<Vec<u8>> {
+        let (mut body, variables) = (Body::default(), &surrogate.variables);
+        body.numbers.extend(variables.iter().flat_map(|v| [v.low, v.high]));
+        body.numbers.extend(surrogate.points.iter().map(|p| p.half_width));
+        body.numbers.extend(surrogate.limits.iter().map(|l| l.maximum));
         for (name, unit) in variables.iter().map(|v| (&v.name, &v.unit)).chain(surrogate.points.iter().map(|p| (&p.name, &p.unit))) {
-            pools.texts(&mut records, name, unit)?;
+            body.texts(name, unit)?;
         }
-        let limits_at = records.len();
-        for limit in &surrogate.limits {
-            u32s(&mut records, &[pools.text.len()])?;
-            u16s(&mut records, &[limit.name.len()])?;
-            pools.text.push_str(&limit.name);
-            let (kind, count) = match &limit.kind {
-                LimitKind::Maximum { .. } => (0, 1),
-                LimitKind::Rise { .. } => (1, 2),
-                LimitKind::Difference { .. } => (2, 2),
-                LimitKind::Spread(points) => (3, points.len()),
-            };
-            records.extend([kind, 0]);
-            u32s(&mut records, &[0])?; // place of the indices, which lie behind those of the models
-            u16s(&mut records, &[count, 0])?;
-        }
-        for block in &self.blocks {
-            let (terms, rows) = (block.terms.len(), block.points.len());
-            let degree = block.terms.iter().map(|t| t.iter().map(|e| usize::from(*e)).sum()).max().unwrap_or(0);
-            pools.transforms(&mut records, &block.transforms);
-            u16s(&mut records, &[terms, rows, degree, 0])?;
-            u32s(&mut records, &[pools.exponents.len(), pools.indices.len() / 2, pools.numbers.len()])?;
-            let pairs = block.terms.iter().flat_map(|t| t.chunks(2));
-            pools.exponents.extend(pairs.map(|pair| pair[0] | pair.get(1).map_or(0, |odd| odd << 4)));
-            u16s(&mut pools.indices, &block.points)?;
-            let mut table = vec![0.0; terms * rows];
-            for (column, point) in block.points.iter().enumerate() {
-                let Polynomial { terms, coefficients, .. } = polynomial(&surrogate.points[*point].model);
-                for (term, coefficient) in terms.iter().zip(coefficients) {
-                    table[block.place[term] * rows + column] = *coefficient;
-                }
-            }
-            pools.numbers.extend(table);
-        }
-        for (transforms, centres) in &self.sets {
-            pools.transforms(&mut records, transforms);
-            u16s(&mut records, &[centres.len(), 0])?;
-            u32s(&mut records, &[pools.numbers.len()])?;
-            for v in 0..variables.len() {
-                pools.numbers.extend(centres.iter().map(|c| c[v]));
-            }
-        }
-        for (model, set, points) in &self.bases {
-            let basis = &surrogate.bases[*model];
-            records.extend([basis.kernel as u8, 0]);
-            u16s(&mut records, &[*set, points.len(), 0])?;
-            u32s(&mut records, &[pools.indices.len() / 2, pools.numbers.len()])?;
-            u16s(&mut pools.indices, points)?;
-            pools.numbers.extend(&basis.scales);
-            for centre in 0..basis.centres.len() {
-                pools.numbers.extend(points.iter().filter_map(|p| match &surrogate.points[*p].model {
-                    PointModel::Rbf { weights, .. } => weights.get(centre),
-                    PointModel::Polynomial(_) => None,
-                }));
-            }
-        }
-        for (i, limit) in surrogate.limits.iter().enumerate() {
-            let mut place = Vec::new();
-            u32s(&mut place, &[pools.indices.len() / 2])?;
-            let at = limits_at + i * format::MEDIUM_RECORD + 8;
-            records[at..at + 4].copy_from_slice(&place);
-            u16s(&mut pools.indices, &limit.kind.points().collect::<Vec<_>>())?;
-            if let Some(variable) = limit.kind.variable() {
-                u16s(&mut pools.indices, &[variable])?;
-            }
-        }
+        let limits_at = body.records.len();
+        body.limits(&surrogate.limits)?;
+        self.polynomials(surrogate, &mut body)?;
+        self.radial(surrogate, &mut body)?;
+        body.indices_of_limits(&surrogate.limits, limits_at)?;
         for (key, value) in &surrogate.provenance {
-            pools.texts(&mut records, key, value)?;
+            body.texts(key, value)?;
         }
         let tests = self_tests(variables);
         for x in &tests {
-            pools.numbers.extend(x);
+            body.numbers.extend(x);
             for point in 0..surrogate.points.len() {
-                pools.numbers.push(super::evaluate(surrogate, point, x)?);
+                body.numbers.push(super::evaluate(surrogate, point, x)?);
             }
         }
 
+        let Body { mut records, numbers, indices, exponents, text } = body;
         let before_numbers = (format::HEADER + records.len()).next_multiple_of(8);
         records.resize(before_numbers - format::HEADER, 0);
-        let Pools { numbers, indices, exponents, text } = pools;
         let before_sections = before_numbers + 8 * numbers.len() + indices.len() + exponents.len() + text.len();
-        let mut sections = Vec::new();
-        let mut count = 0;
-        if !surrogate.held.is_empty() {
-            section(&mut sections, before_sections, format::HELD, &held(&surrogate.held)?)?;
-            count += 1;
-        }
-        if let Some(uncertainty) = &surrogate.uncertainty {
-            section(&mut sections, before_sections, format::UNCERTAIN, &uncertainty.section(surrogate, &tests)?)?;
-            count += 1;
-        }
-        if let Some(followed) = &surrogate.followed {
-            section(&mut sections, before_sections, format::FOLLOWED, &section_of_followed::content(followed, surrogate)?)?;
-            count += 1;
-        }
-        if let Some(in_time) = &surrogate.in_time {
-            section(&mut sections, before_sections, format::IN_TIME, &section_of_time::content(in_time, surrogate, steps)?)?;
-            count += 1;
-        }
+        let (sections, count) = sections(surrogate, &tests, steps, before_sections)?;
         let length = before_sections + sections.len() + format::TRAILER;
         let mut bytes = Vec::with_capacity(length);
         bytes.extend(format::MAGIC);
@@ -390,6 +314,78 @@ impl Layout {
         bytes.extend(crc32fast::hash(&bytes).to_le_bytes());
         Ok(bytes)
     }
+
+    /// Records and tables of the polynomials, block by block.
+    fn polynomials(&self, surrogate: &SurrogateSpec, body: &mut Body) -> Result<()> {
+        for block in &self.blocks {
+            let (terms, rows) = (block.terms.len(), block.points.len());
+            let degree = block.terms.iter().map(|t| t.iter().map(|e| usize::from(*e)).sum()).max().unwrap_or(0);
+            body.transforms(&block.transforms);
+            u16s(&mut body.records, &[terms, rows, degree, 0])?;
+            u32s(&mut body.records, &[body.exponents.len(), body.indices.len() / 2, body.numbers.len()])?;
+            let pairs = block.terms.iter().flat_map(|t| t.chunks(2));
+            body.exponents.extend(pairs.map(|pair| pair[0] | pair.get(1).map_or(0, |odd| odd << 4)));
+            u16s(&mut body.indices, &block.points)?;
+            let mut table = vec![0.0; terms * rows];
+            for (column, point) in block.points.iter().enumerate() {
+                let PolynomialSpec { terms, coefficients, .. } = polynomial(&surrogate.points[*point].model);
+                for (term, coefficient) in terms.iter().zip(coefficients) {
+                    table[block.place[term] * rows + column] = *coefficient;
+                }
+            }
+            body.numbers.extend(table);
+        }
+        Ok(())
+    }
+
+    /// Records and tables of the sets of centres, then those of the radial bases.
+    fn radial(&self, surrogate: &SurrogateSpec, body: &mut Body) -> Result<()> {
+        for (transforms, centres) in &self.sets {
+            body.transforms(transforms);
+            u16s(&mut body.records, &[centres.len(), 0])?;
+            u32s(&mut body.records, &[body.numbers.len()])?;
+            for v in 0..surrogate.variables.len() {
+                body.numbers.extend(centres.iter().map(|c| c[v]));
+            }
+        }
+        for (model, set, points) in &self.bases {
+            let basis = &surrogate.bases[*model];
+            body.records.extend([basis.kernel as u8, 0]);
+            u16s(&mut body.records, &[*set, points.len(), 0])?;
+            u32s(&mut body.records, &[body.indices.len() / 2, body.numbers.len()])?;
+            u16s(&mut body.indices, points)?;
+            body.numbers.extend(&basis.scales);
+            for centre in 0..basis.centres.len() {
+                body.numbers.extend(points.iter().filter_map(|p| match &surrogate.points[*p].model {
+                    PointModel::Rbf { weights, .. } => weights.get(centre),
+                    PointModel::Polynomial(_) => None,
+                }));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Further sections of a file, to lie behind `before` bytes of it, and their number; `tests` are the conditions of the self-test.
+fn sections(surrogate: &SurrogateSpec, tests: &[Vec<f64>], steps: &[Vec<f64>], before: usize) -> Result<(Vec<u8>, usize)> {
+    let (mut sections, mut count) = (Vec::new(), 0);
+    let mut add = |tag, content: Vec<u8>| {
+        count += 1;
+        section(&mut sections, before, tag, &content)
+    };
+    if !surrogate.held.is_empty() {
+        add(format::HELD, held(&surrogate.held)?)?;
+    }
+    if let Some(uncertainty) = &surrogate.uncertainty {
+        add(format::UNCERTAIN, uncertainty.section(surrogate, tests)?)?;
+    }
+    if let Some(followed) = &surrogate.followed {
+        add(format::FOLLOWED, section_of_followed::content(followed, surrogate)?)?;
+    }
+    if let Some(in_time) = &surrogate.in_time {
+        add(format::IN_TIME, section_of_time::content(in_time, surrogate, steps)?)?;
+    }
+    Ok((sections, count))
 }
 
 /// Appends a further section, to lie behind `before` bytes of the file.
@@ -402,11 +398,11 @@ fn section(sections: &mut Vec<u8>, before: usize, tag: [u8; 4], content: &[u8]) 
 }
 
 /// The content of the section of held variables.
-fn held(held: &[Held]) -> Result<Vec<u8>> {
+fn held(held: &[HeldSpec]) -> Result<Vec<u8>> {
     let mut content = Vec::new();
     u32s(&mut content, &[held.len(), 0])?;
     let mut text = String::new();
-    for Held { name, unit, value } in held {
+    for HeldSpec { name, unit, value } in held {
         content.extend(value.to_le_bytes());
         u32s(&mut content, &[text.len()])?;
         u16s(&mut content, &[name.len(), unit.len()]).map_err(|e| e.at_key(name.chars().take(40).collect::<String>()))?;
@@ -419,9 +415,9 @@ fn held(held: &[Held]) -> Result<Vec<u8>> {
 
 /// Conditions that the runtime must reproduce before it trusts itself: centre, ends, and points between of a sequence
 /// of irrational steps.
-fn self_tests(variables: &[Variable]) -> Vec<Vec<f64>> {
+fn self_tests(variables: &[VariableSpec]) -> Vec<Vec<f64>> {
     let at = |fraction: &dyn Fn(usize) -> f64| -> Vec<f64> {
-        let inside = |(i, v): (usize, &Variable)| (v.low + fraction(i) * (v.high - v.low)).clamp(v.low, v.high);
+        let inside = |(i, v): (usize, &VariableSpec)| (v.low + fraction(i) * (v.high - v.low)).clamp(v.low, v.high);
         variables.iter().enumerate().map(inside).collect()
     };
     let mut tests = vec![at(&|_| 0.5), at(&|_| 0.0), at(&|_| 1.0)];
@@ -431,26 +427,62 @@ fn self_tests(variables: &[Variable]) -> Vec<Vec<f64>> {
     tests
 }
 
+/// Records of a file, and the pools that they point into.
 #[derive(Default)]
-struct Pools {
+struct Body {
+    records: Vec<u8>,
     numbers: Vec<f64>,
     indices: Vec<u8>,
     exponents: Vec<u8>,
     text: String,
 }
 
-impl Pools {
+impl Body {
     /// A record of two texts that follow each other.
-    fn texts(&mut self, records: &mut Vec<u8>, first: &str, second: &str) -> Result<()> {
-        u32s(records, &[self.text.len()])?;
-        u16s(records, &[first.len(), second.len()]).map_err(|e| e.at_key(first.chars().take(40).collect::<String>()))?;
+    fn texts(&mut self, first: &str, second: &str) -> Result<()> {
+        u32s(&mut self.records, &[self.text.len()])?;
+        u16s(&mut self.records, &[first.len(), second.len()]).map_err(|e| e.at_key(first.chars().take(40).collect::<String>()))?;
         self.text.push_str(first);
         self.text.push_str(second);
         Ok(())
     }
 
-    fn transforms(&self, records: &mut Vec<u8>, transforms: &[u8]) {
-        records.extend(transforms.iter().copied().chain(std::iter::repeat(0)).take(format::MAX_VARIABLES));
+    fn transforms(&mut self, transforms: &[u8]) {
+        self.records.extend(transforms.iter().copied().chain(std::iter::repeat(0)).take(format::MAX_VARIABLES));
+    }
+
+    /// Records of the limits, without the place of their indices.
+    fn limits(&mut self, limits: &[LimitSpec]) -> Result<()> {
+        for limit in limits {
+            u32s(&mut self.records, &[self.text.len()])?;
+            u16s(&mut self.records, &[limit.name.len()])?;
+            self.text.push_str(&limit.name);
+            let (kind, count) = match &limit.kind {
+                LimitKind::Maximum { .. } => (0, 1),
+                LimitKind::Rise { .. } => (1, 2),
+                LimitKind::Difference { .. } => (2, 2),
+                LimitKind::Spread(points) => (3, points.len()),
+            };
+            self.records.extend([kind, 0]);
+            u32s(&mut self.records, &[0])?;
+            u16s(&mut self.records, &[count, 0])?;
+        }
+        Ok(())
+    }
+
+    /// Indices of the limits, which lie behind those of the models, and their place in the records, the first of which is at `at`.
+    fn indices_of_limits(&mut self, limits: &[LimitSpec], at: usize) -> Result<()> {
+        for (i, limit) in limits.iter().enumerate() {
+            let mut place = Vec::new();
+            u32s(&mut place, &[self.indices.len() / 2])?;
+            let at = at + i * format::MEDIUM_RECORD + 8;
+            self.records[at..at + 4].copy_from_slice(&place);
+            u16s(&mut self.indices, &limit.kind.points().collect::<Vec<_>>())?;
+            if let Some(variable) = limit.kind.variable() {
+                u16s(&mut self.indices, &[variable])?;
+            }
+        }
+        Ok(())
     }
 }
 

@@ -4,9 +4,9 @@ use rayon::prelude::*;
 
 use super::evaluate::scaled;
 use super::model::Transform;
-use super::polynomial::{Fitted, Search};
+use super::polynomial::{FittedPolynomial, PolynomialSearch};
 use super::validation::{Remoteness, folds, remoteness};
-use super::{FitOptions, Samples};
+use super::{FitOptions, FitSamples};
 use coldplate_base::random::Random;
 
 /// Number of rows below which residuals are scaled by remoteness. Chosen: with few rows, a held-out row lies much farther
@@ -17,10 +17,10 @@ const FEW_ROWS: usize = 60;
 const ASKED: usize = 500;
 
 /// Outputs that are present on the same rows.
-pub(super) struct Group<'a> {
-    pub(super) samples: &'a Samples,
+pub(super) struct OutputGroup<'a> {
+    pub(super) samples: &'a FitSamples,
     pub(super) options: &'a FitOptions,
-    pub(super) search: Search<'a>,
+    pub(super) search: PolynomialSearch<'a>,
     pub(super) rows: Vec<&'a [f64]>,
     pub(super) outputs: Vec<usize>,
     /// Values of the outputs on the rows.
@@ -30,7 +30,7 @@ pub(super) struct Group<'a> {
 }
 
 /// Residuals by row, one list per output treated.
-pub(super) type Rows = Vec<Vec<f64>>;
+pub(super) type ResidualRows = Vec<Vec<f64>>;
 
 /// Combinations of transforms, each with an error per output.
 pub(super) type Scores = [(Vec<Transform>, Vec<f64>)];
@@ -38,16 +38,16 @@ pub(super) type Scores = [(Vec<Transform>, Vec<f64>)];
 /// Polynomials whose terms are from one dictionary.
 pub(super) struct Dictionary {
     /// One per output.
-    pub(super) fitted: Vec<Fitted>,
+    pub(super) fitted: Vec<FittedPolynomial>,
     /// Held-out residuals, by output.
-    pub(super) held_out: Rows,
+    pub(super) held_out: ResidualRows,
 }
 
-impl<'a> Group<'a> {
-    pub(super) fn new(samples: &'a Samples, options: &'a FitOptions, active: &'a [bool], rows: Vec<usize>, outputs: Vec<usize>) -> Self {
+impl<'a> OutputGroup<'a> {
+    pub(super) fn new(samples: &'a FitSamples, options: &'a FitOptions, active: &'a [bool], rows: Vec<usize>, outputs: Vec<usize>) -> Self {
         let y = outputs.iter().map(|o| rows.iter().map(|i| samples.outputs[*o].values[*i]).collect()).collect();
         let rows: Vec<&[f64]> = rows.iter().map(|i| samples.rows[*i].as_slice()).collect();
-        let search = Search { variables: &samples.variables, active, max_degree: options.max_degree };
+        let search = PolynomialSearch { variables: &samples.variables, active, max_degree: options.max_degree };
         let fold_count = options.folds.min(rows.len());
         let folds = folds(&rows, fold_count, options.seed);
         Self { samples, options, search, rows, outputs, y, folds, fold_count }
@@ -66,7 +66,7 @@ impl<'a> Group<'a> {
         self.search.degrees(self.rows.len()).into_iter().map(dictionary).collect()
     }
 
-    fn of_degree(&self, degree: usize, rows: &[&[f64]], y: &[Vec<f64>], scores: &Scores) -> Vec<Fitted> {
+    fn of_degree(&self, degree: usize, rows: &[&[f64]], y: &[Vec<f64>], scores: &Scores) -> Vec<FittedPolynomial> {
         let one = |(k, y): (usize, &Vec<f64>)| {
             let scores: Vec<(Vec<Transform>, f64)> = scores.iter().map(|(t, s)| (t.clone(), s[k])).collect();
             self.search.fit(rows, y, &scores, degree)
@@ -97,8 +97,12 @@ impl<'a> Group<'a> {
     }
 
     /// Residuals of predictions of each fold made from the other folds: `predict(train, test, outputs on train)`.
-    pub(super) fn by_fold(&self, y: &[Vec<f64>], predict: impl Fn(&[&[f64]], &[&[f64]], &[Vec<f64>]) -> Rows + Sync) -> Rows {
-        let parts: Vec<(Vec<usize>, Rows)> = (0..self.fold_count)
+    pub(super) fn by_fold(
+        &self,
+        y: &[Vec<f64>],
+        predict: impl Fn(&[&[f64]], &[&[f64]], &[Vec<f64>]) -> ResidualRows + Sync,
+    ) -> ResidualRows {
+        let parts: Vec<(Vec<usize>, ResidualRows)> = (0..self.fold_count)
             .into_par_iter()
             .map(|fold| {
                 let (test, train): (Vec<usize>, Vec<usize>) = (0..self.rows.len()).partition(|i| self.folds[*i] == fold);
@@ -108,7 +112,7 @@ impl<'a> Group<'a> {
                 (test, predicted)
             })
             .collect();
-        let mut residuals: Rows = y.iter().map(|y| vec![f64::INFINITY; y.len()]).collect();
+        let mut residuals: ResidualRows = y.iter().map(|y| vec![f64::INFINITY; y.len()]).collect();
         for (test, predicted) in &parts {
             for ((residuals, y), predicted) in residuals.iter_mut().zip(y).zip(predicted) {
                 test.iter().zip(predicted).for_each(|(i, p)| residuals[*i] = y[*i] - p);

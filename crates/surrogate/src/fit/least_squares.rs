@@ -125,7 +125,7 @@ impl Orthonormal {
 
 /// A least-squares solution with its error estimates.
 #[derive(Debug, Clone)]
-pub struct Solution {
+pub struct LeastSquares {
     /// One per column.
     pub coefficients: Vec<f64>,
     /// Standard deviation of each coefficient, for independent errors of equal variance; zero without degrees of freedom.
@@ -144,7 +144,7 @@ pub struct Solution {
 ///
 /// # Errors
 /// Columns that depend on each other, or more columns than rows, as bad input.
-pub fn least_squares(columns: &[Vec<f64>], y: &[f64]) -> Result<Solution> {
+pub fn least_squares(columns: &[Vec<f64>], y: &[f64]) -> Result<LeastSquares> {
     let columns: Vec<Vec<DoubleDouble>> = columns.iter().map(|column| column.iter().map(|x| DoubleDouble::from(*x)).collect()).collect();
     Ok(accurate_least_squares(&columns, y)?.0)
 }
@@ -152,7 +152,7 @@ pub fn least_squares(columns: &[Vec<f64>], y: &[f64]) -> Result<Solution> {
 /// Least squares on columns known to twice the working precision, with coefficients to that precision: solved in doubles,
 /// then refined by RᵀR d = Xᵀ r with residuals r and products in double-double. Without the refinement, large residuals
 /// leave their rounding in the coefficients.
-pub(super) fn accurate_least_squares(columns: &[Vec<DoubleDouble>], y: &[f64]) -> Result<(Solution, Vec<DoubleDouble>)> {
+pub(super) fn accurate_least_squares(columns: &[Vec<DoubleDouble>], y: &[f64]) -> Result<(LeastSquares, Vec<DoubleDouble>)> {
     let mut basis = Orthonormal::new();
     for (j, column) in columns.iter().enumerate() {
         if column.len() != y.len() {
@@ -179,7 +179,7 @@ pub(super) fn accurate_least_squares(columns: &[Vec<DoubleDouble>], y: &[f64]) -
     let variance = if freedom > 0 { sum / freedom as f64 } else { 0.0 };
     let mean = y.iter().sum::<f64>() / y.len() as f64;
     let total: f64 = y.iter().map(|y| (y - mean).powi(2)).sum();
-    let solution = Solution {
+    let solution = LeastSquares {
         coefficients: coefficients.iter().map(|c| c.value()).collect(),
         standard_errors: basis.inverse_gram_diagonal().iter().map(|d| (d * variance).sqrt()).collect(),
         left_out: left_out(&residuals, &basis.leverages(y.len())),
@@ -199,11 +199,6 @@ fn accurate_residuals(columns: &[Vec<DoubleDouble>], coefficients: &[DoubleDoubl
     (0..y.len())
         .map(|i| columns.iter().zip(coefficients).fold(DoubleDouble::from(y[i]), |rest, (column, c)| rest - column[i] * *c))
         .collect()
-}
-
-/// Root of the mean square.
-pub fn rms(values: &[f64]) -> f64 {
-    (values.iter().map(|x| x * x).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 
 /// Largest magnitude; a value that is not a number counts as infinite.

@@ -28,7 +28,7 @@ pub mod validation;
 pub use evaluate::evaluate;
 pub use select::fit_heard;
 
-use model::{Kernel, Surrogate, Transform, Variable};
+use model::{Kernel, SurrogateSpec, Transform, VariableSpec};
 use rbf::Criterion;
 
 use coldplate_base::error::{Error, Result};
@@ -36,7 +36,7 @@ use coldplate_base::progress::Silent;
 
 /// One output of a table.
 #[derive(Debug, Clone)]
-pub struct Output {
+pub struct FitOutput {
     /// Name.
     pub name: String,
     /// Unit of its values.
@@ -47,22 +47,22 @@ pub struct Output {
 
 /// Conditions and outputs to fit, row by row.
 #[derive(Debug, Clone)]
-pub struct Samples {
+pub struct FitSamples {
     /// Condition variables. Their ranges are those in which the surrogate counts as inside: the ranges of the design if
     /// known. They are widened to rows that lie outside.
-    pub variables: Vec<Variable>,
+    pub variables: Vec<VariableSpec>,
     /// Conditions, one row of one value per variable each.
     pub rows: Vec<Vec<f64>>,
     /// Outputs on those rows.
-    pub outputs: Vec<Output>,
+    pub outputs: Vec<FitOutput>,
 }
 
-impl Samples {
+impl FitSamples {
     /// Samples whose variables are given by name and unit only; their ranges are those of the rows.
-    pub fn with_measured_ranges(variables: &[(&str, &str)], rows: Vec<Vec<f64>>, outputs: Vec<Output>) -> Self {
+    pub fn with_measured_ranges(variables: &[(&str, &str)], rows: Vec<Vec<f64>>, outputs: Vec<FitOutput>) -> Self {
         let variables = variables
             .iter()
-            .map(|(name, unit)| Variable {
+            .map(|(name, unit)| VariableSpec {
                 name: (*name).to_owned(),
                 unit: (*unit).to_owned(),
                 low: f64::INFINITY,
@@ -154,7 +154,7 @@ impl Default for FitOptions {
 
 /// A kind of model with its settings.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Family {
+pub enum ModelFamily {
     /// A polynomial.
     Polynomial {
         /// Largest total degree of a term.
@@ -179,7 +179,7 @@ pub enum Family {
 
 /// Root mean square and largest magnitude of residuals.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
-pub struct Residuals {
+pub struct ResidualSizes {
     /// Root mean square.
     pub rms: f64,
     /// Largest magnitude.
@@ -188,15 +188,15 @@ pub struct Residuals {
 
 /// A model that was considered for an output.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Candidate {
+pub struct CandidateModel {
     /// Kind and settings.
-    pub family: Family,
+    pub family: ModelFamily,
     /// How the variables enter.
     pub transforms: Vec<Transform>,
     /// Leave-one-out residuals with everything but the coefficients held fixed; optimistic, since settings were chosen by them.
-    pub leave_one_out: Residuals,
+    pub leave_one_out: ResidualSizes,
     /// Held-out residuals of the whole procedure in k folds, settings chosen anew in each, where this was computed.
-    pub k_fold: Option<Residuals>,
+    pub k_fold: Option<ResidualSizes>,
 }
 
 /// How one output was fitted.
@@ -209,35 +209,35 @@ pub struct PointReport {
     /// Rows used: those where the output is present.
     pub rows: usize,
     /// The model chosen.
-    pub chosen: Candidate,
+    pub chosen: CandidateModel,
     /// Half width of the band, in the output's unit.
     pub half_width: f64,
     /// Held-out residuals of the choice, one per row used.
     pub held_out: Vec<f64>,
     /// Everything considered, the chosen one among it.
-    pub candidates: Vec<Candidate>,
+    pub candidates: Vec<CandidateModel>,
 }
 
 /// Fits every output of `samples`; [`fit_heard`] also reports progress.
 ///
 /// # Errors
 /// Errors of [`fit_heard`].
-pub fn fit(samples: &Samples, options: &FitOptions) -> Result<Fit> {
+pub fn fit(samples: &FitSamples, options: &FitOptions) -> Result<SurrogateFit> {
     fit_heard(samples, options, &Silent)
 }
 
 /// A surrogate with the record of its choice.
 #[derive(Debug, Clone)]
-pub struct Fit {
+pub struct SurrogateFit {
     /// The functions; no limits yet, provenance empty.
-    pub surrogate: Surrogate,
+    pub surrogate: SurrogateSpec,
     /// One per output.
     pub points: Vec<PointReport>,
     /// Remarks for the user: variables that do not vary, rows left out.
     pub notes: Vec<String>,
 }
 
-impl Fit {
+impl SurrogateFit {
     /// States the bands of a fit to rows that were placed where fits were least sure.
     ///
     /// Rows placed there are no easier to predict than later conditions, so their held-out residuals count as they are

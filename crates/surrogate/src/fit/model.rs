@@ -4,7 +4,7 @@ pub use coldplate_runtime::{Kernel, LimitKind, Origin, Scale, Transform};
 
 /// A condition variable of a surrogate.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Variable {
+pub struct VariableSpec {
     /// Name, for example `coolant_flow`.
     pub name: String,
     /// Unit of the values it takes, for example `L/min`.
@@ -17,7 +17,7 @@ pub struct Variable {
 
 /// A variable that did not vary while the surrogate was made; the answers are for this value alone.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Held {
+pub struct HeldSpec {
     /// Name.
     pub name: String,
     /// Unit of the value.
@@ -28,7 +28,7 @@ pub struct Held {
 
 /// A polynomial in the scaled variables.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Polynomial {
+pub struct PolynomialSpec {
     /// One per variable.
     pub transforms: Vec<Transform>,
     /// Exponents, `terms.len()` rows of one exponent per variable.
@@ -54,21 +54,21 @@ pub struct RbfBasis {
 #[derive(Debug, Clone, PartialEq)]
 pub enum PointModel {
     /// A polynomial.
-    Polynomial(Polynomial),
+    Polynomial(PolynomialSpec),
     /// Radial basis functions with a polynomial tail.
     Rbf {
-        /// Index into [`Surrogate::bases`].
+        /// Index into [`SurrogateSpec::bases`].
         basis: usize,
         /// One weight per centre.
         weights: Vec<f64>,
         /// The tail.
-        tail: Polynomial,
+        tail: PolynomialSpec,
     },
 }
 
 /// A measurement point and its model.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Point {
+pub struct PointSpec {
     /// Name.
     pub name: String,
     /// Unit of the point's value, for example `degC`.
@@ -79,9 +79,9 @@ pub struct Point {
     pub half_width: f64,
 }
 
-/// A limit, by indices into [`Surrogate::points`] and [`Surrogate::variables`].
+/// A limit, by indices into [`SurrogateSpec::points`] and [`SurrogateSpec::variables`].
 #[derive(Debug, Clone, PartialEq)]
-pub struct Limit {
+pub struct LimitSpec {
     /// Name.
     pub name: String,
     /// The bounded value.
@@ -92,7 +92,7 @@ pub struct Limit {
 
 /// An uncertain parameter of the machine.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Parameter {
+pub struct ParameterSpec {
     /// Key in the machine file, or name of a factor.
     pub name: String,
     /// Unit of the parameter's values.
@@ -123,7 +123,7 @@ pub struct Miss {
 /// Joint distribution of the states (one per parameter, one per point, one for all points), in their standard
 /// deviations.
 #[derive(Debug, Clone, PartialEq)]
-pub struct States {
+pub struct StateDistribution {
     /// Mean of each state.
     pub mean: Vec<f64>,
     /// Packed lower triangle of their covariance, row by row.
@@ -132,9 +132,9 @@ pub struct States {
 
 /// Uncertainty of the answers of a surrogate.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Uncertainty {
+pub struct UncertaintySpec {
     /// Uncertain parameters.
-    pub parameters: Vec<Parameter>,
+    pub parameters: Vec<ParameterSpec>,
     /// How the variables enter the slopes.
     pub transforms: Vec<Transform>,
     /// Exponents of the slopes' terms.
@@ -148,7 +148,7 @@ pub struct Uncertainty {
     /// Conditions at which the model was compared with measurements.
     pub measured: Vec<Vec<f64>>,
     /// Joint distribution of the states; `None` if nothing is known beyond their standard deviations.
-    pub states: Option<States>,
+    pub states: Option<StateDistribution>,
 }
 
 /// Key in the provenance, before its name, of a held variable that was moved; the text says from where.
@@ -157,7 +157,7 @@ pub const MOVED: &str = "moved ";
 /// How the answers follow a variable that was held.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FollowedVariable {
-    /// Index into [`Surrogate::held`].
+    /// Index into [`SurrogateSpec::held`].
     pub held: usize,
     /// Smallest value that may be stated for it.
     pub low: f64,
@@ -175,7 +175,7 @@ pub struct FollowedVariable {
 pub struct Interaction {
     /// The point.
     pub point: usize,
-    /// The variable whose change is multiplied: index into [`Followed::variables`].
+    /// The variable whose change is multiplied: index into [`FollowedSpec::variables`].
     pub of: usize,
     /// The other variable, likewise.
     pub by: usize,
@@ -185,7 +185,7 @@ pub struct Interaction {
 
 /// How the answers follow variables that were held.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Followed {
+pub struct FollowedSpec {
     /// How the other variables enter.
     pub transforms: Vec<Transform>,
     /// Exponents of the terms.
@@ -197,14 +197,14 @@ pub struct Followed {
     /// Factor at each point on the standard deviation of the variables' own changes, taken together, if several are moved: from
     /// conditions that took no part in the fit.
     pub errors: Vec<f64>,
-    /// Limits that bound a rise over a held temperature, each with the variable's index in [`Surrogate::held`]: their maximum
+    /// Limits that bound a rise over a held temperature, each with the variable's index in [`SurrogateSpec::held`]: their maximum
     /// moves with it.
     pub limits: Vec<(usize, usize)>,
 }
 
 /// The terms of polynomials that share them.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Shared {
+pub struct SharedTerms {
     /// How each variable enters.
     pub transforms: Vec<Transform>,
     /// Exponents of the terms.
@@ -214,13 +214,13 @@ pub struct Shared {
 /// The machine over time. States decay to the steady ones, z' = -rates (z - steady), and move the points by outputs (z -
 /// steady). All but the uniform states are polynomials of the condition.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct InTime {
+pub struct InTimeSpec {
     /// Number of states.
     pub states: usize,
     /// Terms of the steady states.
-    pub steady_terms: Shared,
+    pub steady_terms: SharedTerms,
     /// Terms of the rates and of the outputs.
-    pub moving_terms: Shared,
+    pub moving_terms: SharedTerms,
     /// Coefficients of the steady states: term by term, one per state.
     pub steady: Vec<Vec<f64>>,
     /// Coefficients of the rates, 1/s: term by term, states times states, column by column.
@@ -239,23 +239,23 @@ pub struct InTime {
 
 /// Everything a surrogate file holds, except the self-test vectors, which the writer computes.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Surrogate {
+pub struct SurrogateSpec {
     /// Condition variables, in the order of a query.
-    pub variables: Vec<Variable>,
+    pub variables: Vec<VariableSpec>,
     /// Variables that were held, in no condition.
-    pub held: Vec<Held>,
+    pub held: Vec<HeldSpec>,
     /// Shared radial bases.
     pub bases: Vec<RbfBasis>,
     /// Measurement points.
-    pub points: Vec<Point>,
+    pub points: Vec<PointSpec>,
     /// Limits.
-    pub limits: Vec<Limit>,
+    pub limits: Vec<LimitSpec>,
     /// Uncertainty of the answers, if it is known.
-    pub uncertainty: Option<Uncertainty>,
+    pub uncertainty: Option<UncertaintySpec>,
     /// How the answers follow held variables, if it was fitted.
-    pub followed: Option<Followed>,
+    pub followed: Option<FollowedSpec>,
     /// How the machine moves over time, if it was fitted.
-    pub in_time: Option<InTime>,
+    pub in_time: Option<InTimeSpec>,
     /// Provenance: key and value, both text.
     pub provenance: Vec<(String, String)>,
 }

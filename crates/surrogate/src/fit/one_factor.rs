@@ -10,13 +10,14 @@ use std::fmt;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::double_double::DoubleDouble;
-use super::least_squares::{accurate_least_squares, max_abs, rms};
+use super::least_squares::{accurate_least_squares, max_abs};
 use coldplate_base::error::{Error, Result};
 use coldplate_base::numbers::compact;
+use coldplate_base::numbers::root_mean_square;
 
 /// y = c₀ + c₁ x + c₂ x² + ... in the raw variable.
 #[derive(Debug, Clone)]
-pub struct OneFactor {
+pub struct OneFactorFit {
     /// Coefficients of x⁰, x¹, ...
     pub coefficients: Vec<f64>,
     /// Standard deviation of each coefficient for independent errors of equal variance.
@@ -35,7 +36,7 @@ pub struct OneFactor {
     pub rows: usize,
 }
 
-impl OneFactor {
+impl OneFactorFit {
     /// Fits a polynomial of `degree` to the pairs of `x` and `y`; pairs with a missing (NaN) value are left out.
     ///
     /// # Errors
@@ -72,8 +73,8 @@ impl OneFactor {
             coefficients,
             r_squared: solution.r_squared,
             residual_deviation: solution.residual_deviation,
-            rms: rms(&solution.residuals),
-            loo_rms: rms(&solution.left_out),
+            rms: root_mean_square(&solution.residuals),
+            loo_rms: root_mean_square(&solution.left_out),
             loo_max: max_abs(&solution.left_out),
             rows: y.len(),
         })
@@ -145,7 +146,7 @@ impl OneFactor {
     }
 }
 
-impl fmt::Display for OneFactor {
+impl fmt::Display for OneFactorFit {
     /// The formula in `y` and `x` with seven significant digits.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.formula("y", "x", 7))
@@ -272,11 +273,11 @@ mod tests {
         let noise = [0.003, -0.002, 0.001, -0.004, 0.002, 0.001, -0.001];
         let x: Vec<f64> = (0..7).map(|i| 250.0 + 375.0 * f64::from(i)).collect();
         let y: Vec<f64> = x.iter().zip(noise).map(|(x, e)| 20.0 + 0.006 * x + e).collect();
-        let fit = OneFactor::fit(&x, &y, 1).unwrap();
+        let fit = OneFactorFit::fit(&x, &y, 1).unwrap();
         let text = fit.honest_formula("y", "x", 250.0, 2500.0);
         assert!(text.len() < 26, "{text}");
         // A constant has no slope to print, however many digits rounding leaves it.
-        let flat = OneFactor::fit(&x, &[20.0088; 7], 2).unwrap();
+        let flat = OneFactorFit::fit(&x, &[20.0088; 7], 2).unwrap();
         assert_eq!(flat.honest_formula("y", "x", 250.0, 2500.0), "y = 20.0088");
     }
 

@@ -6,9 +6,10 @@
 //! that path comes from the hat matrix. The chosen terms are expanded into monomials at the end.
 
 use super::evaluate::{monomial, scale_row, scaled};
-use super::least_squares::{Orthonormal, axpy, dot, left_out, rms};
-use super::model::{Polynomial, Transform, Variable};
+use super::least_squares::{Orthonormal, axpy, dot, left_out};
+use super::model::{PolynomialSpec, Transform, VariableSpec};
 use super::one_factor::{legendre, legendre_powers};
+use coldplate_base::numbers::root_mean_square;
 
 /// Least ratio of the largest to the smallest value at which transforms are tried, dimensionless. Below, 1/x and ln x
 /// differ from a straight line by no more than a quadratic takes up. Chosen.
@@ -30,7 +31,7 @@ const PATIENCE: usize = 12;
 
 /// A polynomial as fitted, before expansion.
 #[derive(Debug, Clone)]
-pub struct Fitted {
+pub struct FittedPolynomial {
     /// One per variable.
     pub transforms: Vec<Transform>,
     /// Legendre degrees, one row per term.
@@ -41,9 +42,9 @@ pub struct Fitted {
     pub left_out: Vec<f64>,
 }
 
-impl Fitted {
+impl FittedPolynomial {
     /// Value at a condition.
-    pub fn value(&self, variables: &[Variable], x: &[f64]) -> f64 {
+    pub fn value(&self, variables: &[VariableSpec], x: &[f64]) -> f64 {
         let u = scale_row(variables, &self.transforms, x);
         self.terms.iter().zip(&self.coefficients).map(|(term, c)| c * legendre_product(term, &u)).sum()
     }
@@ -54,7 +55,7 @@ impl Fitted {
     }
 
     /// The polynomial in monomials of the scaled variables, terms by total degree.
-    pub fn expanded(&self) -> Polynomial {
+    pub fn expanded(&self) -> PolynomialSpec {
         let mut sums: std::collections::BTreeMap<(usize, Vec<u8>), f64> = std::collections::BTreeMap::new();
         for (term, c) in self.terms.iter().zip(&self.coefficients) {
             let mut parts = vec![(Vec::new(), *c)];
@@ -76,22 +77,22 @@ impl Fitted {
             }
         }
         let (terms, coefficients) = sums.into_iter().map(|((_, exponents), c)| (exponents, c)).unzip();
-        Polynomial { transforms: self.transforms.clone(), terms, coefficients }
+        PolynomialSpec { transforms: self.transforms.clone(), terms, coefficients }
     }
 }
 
 /// The dictionary of the search.
 #[derive(Debug, Clone, Copy)]
-pub struct Search<'a> {
+pub struct PolynomialSearch<'a> {
     /// The variables, with their ranges.
-    pub variables: &'a [Variable],
+    pub variables: &'a [VariableSpec],
     /// Whether each variable varies; the others never enter.
     pub active: &'a [bool],
     /// Largest total degree.
     pub max_degree: usize,
 }
 
-impl Search<'_> {
+impl PolynomialSearch<'_> {
     /// Every total-degree set of exponents of the active variables, lower degrees first.
     pub fn terms(&self, degree: usize) -> Vec<Vec<u8>> {
         let mut terms = vec![Vec::new()];
@@ -197,7 +198,7 @@ impl Search<'_> {
                     .map(|y| {
                         let mut residuals = y.clone();
                         basis.project_out(&mut residuals);
-                        rms(&left_out(&residuals, &h))
+                        root_mean_square(&left_out(&residuals, &h))
                     })
                     .collect();
                 (transforms, scores)
@@ -205,15 +206,16 @@ impl Search<'_> {
             .collect()
     }
 
-    /// Degrees of the dictionaries worth trying on this many rows, the smallest first: from that of a quarter as many terms on.
+    /// Degrees of the dictionaries worth trying on this many rows, the smallest first: from the largest degree with a quarter
+    /// as many terms as rows on.
     pub fn degrees(&self, rows: usize) -> Vec<usize> {
         (self.degree_within(rows / 4)..=self.max_degree).collect()
     }
 
     /// The whole procedure for one output and one dictionary, all terms up to a total degree: transforms and terms by leave-one-out.
     /// The choice of the dictionary is not made here, since the terms of a large one, chosen on the same rows, make leave-one-out
-    /// too small. `scores` are the results of [`Search::transform_scores`] for this output on these rows.
-    pub fn fit(&self, rows: &[&[f64]], y: &[f64], scores: &[(Vec<Transform>, f64)], degree: usize) -> Fitted {
+    /// too small. `scores` are the results of [`PolynomialSearch::transform_scores`] for this output on these rows.
+    pub fn fit(&self, rows: &[&[f64]], y: &[f64], scores: &[(Vec<Transform>, f64)], degree: usize) -> FittedPolynomial {
         let Some((identity, plain)) = scores.first() else { return self.constant(y) };
         let best = scores.iter().min_by(|a, b| a.1.total_cmp(&b.1)).filter(|best| best.1 < CLEARLY * plain);
         let transforms = best.map_or(identity, |(transforms, _)| transforms).clone();
@@ -224,10 +226,10 @@ impl Search<'_> {
         solve(&columns, &terms, &picked, y, &transforms)
     }
 
-    fn constant(&self, y: &[f64]) -> Fitted {
+    fn constant(&self, y: &[f64]) -> FittedPolynomial {
         let n = y.len() as f64;
         let mean = y.iter().sum::<f64>() / n;
-        Fitted {
+        FittedPolynomial {
             transforms: vec![Transform::Identity; self.variables.len()],
             terms: vec![vec![0; self.variables.len()]],
             coefficients: vec![mean],
@@ -243,7 +245,7 @@ pub(super) fn forward(columns: &[Vec<f64>], y: &[f64], most: usize, has_level: b
     let sizes: Vec<f64> = columns.iter().map(|c| dot(c, c)).collect();
     let (mut residual, mut h) = (y.to_vec(), vec![0.0; n]);
     let (mut picked, mut path): (Vec<usize>, Vec<f64>) = (Vec::new(), Vec::new());
-    let floor = 1e-14 * rms(y);
+    let floor = 1e-14 * root_mean_square(y);
     while picked.len() < most.min(columns.len()) {
         let gain = |column: &Vec<f64>, size: f64| {
             let left = dot(column, column);
@@ -271,9 +273,9 @@ pub(super) fn forward(columns: &[Vec<f64>], y: &[f64], most: usize, has_level: b
         picked.push(j);
         let p = picked.len() as f64;
         // Terms were picked by the same rows; n / (n - p) keeps the path's score from rewarding that.
-        path.push(rms(&left_out(&residual, &h)) * (n as f64 / (n as f64 - p).max(1.0)).sqrt());
+        path.push(root_mean_square(&left_out(&residual, &h)) * (n as f64 / (n as f64 - p).max(1.0)).sqrt());
         let best = path.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1)).map_or(0, |(k, _)| k);
-        if path.len() > best + PATIENCE || rms(&residual) < floor {
+        if path.len() > best + PATIENCE || root_mean_square(&residual) < floor {
             break;
         }
     }
@@ -284,14 +286,14 @@ pub(super) fn forward(columns: &[Vec<f64>], y: &[f64], most: usize, has_level: b
     picked
 }
 
-fn solve(columns: &[Vec<f64>], terms: &[Vec<u8>], picked: &[usize], y: &[f64], transforms: &[Transform]) -> Fitted {
+fn solve(columns: &[Vec<f64>], terms: &[Vec<u8>], picked: &[usize], y: &[f64], transforms: &[Transform]) -> FittedPolynomial {
     let mut order = picked.to_vec();
     order.sort_unstable();
     let mut basis = Orthonormal::new();
     order.retain(|j| basis.push(&columns[*j]));
     let mut residuals = y.to_vec();
     let c = basis.project_out(&mut residuals);
-    Fitted {
+    FittedPolynomial {
         transforms: transforms.to_vec(),
         coefficients: basis.back_substitute(&c),
         left_out: left_out(&residuals, &basis.leverages(y.len())),

@@ -3,12 +3,12 @@
 use rayon::prelude::*;
 
 use super::evaluate::{evaluate, scale_row};
-use super::group::{Group, Rows, Scores};
-use super::least_squares::rms;
-use super::model::{Kernel, Point, PointModel, Polynomial, RbfBasis, Surrogate, Transform};
-use super::rbf::{Solved, System, least_tail, spread};
+use super::group::{OutputGroup, ResidualRows, Scores};
+use super::model::{Kernel, PointModel, PointSpec, PolynomialSpec, RbfBasis, SurrogateSpec, Transform};
+use super::rbf::{RbfSolution, RbfSystem, least_tail, spread};
 use super::tune::{Tuned, retune, settle, tune};
 use super::validation::folds;
+use coldplate_base::numbers::root_mean_square;
 
 /// Share to which a further basis must reduce an output's leave-one-out error with the shared basis, and its held-out error with
 /// polynomials or the shared basis. Chosen: each further basis costs every query.
@@ -34,7 +34,7 @@ const SHORTLIST: [(usize, usize); 3] = [(60, usize::MAX), (120, 4), (usize::MAX,
 
 /// Kernel, tail and how the variables enter.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Shape {
+pub(super) struct RadialShape {
     pub(super) kernel: Kernel,
     pub(super) tail: usize,
     pub(super) transforms: Vec<Transform>,
@@ -43,19 +43,19 @@ pub(super) struct Shape {
 /// A shape with tuned parameters.
 #[derive(Debug, Clone)]
 pub(super) struct Radial {
-    pub(super) shape: Shape,
+    pub(super) shape: RadialShape,
     pub(super) tuned: Tuned,
 }
 
-impl Group<'_> {
-    fn system(&self, rows: &[&[f64]], shape: &Shape, y: &[Vec<f64>]) -> Option<System> {
+impl OutputGroup<'_> {
+    fn system(&self, rows: &[&[f64]], shape: &RadialShape, y: &[Vec<f64>]) -> Option<RbfSystem> {
         let u = rows.iter().map(|x| scale_row(&self.samples.variables, &shape.transforms, x)).collect();
         let active = (0..self.search.active.len()).filter(|k| self.search.active[*k]).collect();
-        System::new(u, active, self.search.terms(shape.tail), y.to_vec())
+        RbfSystem::new(u, active, self.search.terms(shape.tail), y.to_vec())
     }
 
     /// Solves a basis on all rows, with as much more smoothing as its weights need.
-    fn solve(&self, Radial { shape, tuned }: Radial, y: &[Vec<f64>]) -> Option<(Radial, Solved)> {
+    fn solve(&self, Radial { shape, tuned }: Radial, y: &[Vec<f64>]) -> Option<(Radial, RbfSolution)> {
         let (tuned, solved) = settle(&self.system(&self.rows, &shape, y)?, shape.kernel, tuned)?;
         Some((Radial { shape, tuned }, solved))
     }
@@ -72,7 +72,7 @@ impl Group<'_> {
         order
     }
 
-    fn tune_on(&self, index: &[usize], shape: &Shape, y: &[Vec<f64>], begin: Option<&[f64]>, steps: usize) -> Option<Tuned> {
+    fn tune_on(&self, index: &[usize], shape: &RadialShape, y: &[Vec<f64>], begin: Option<&[f64]>, steps: usize) -> Option<Tuned> {
         let rows: Vec<&[f64]> = index.iter().map(|i| self.rows[*i]).collect();
         let y: Vec<Vec<f64>> = y.iter().map(|y| index.iter().map(|i| y[*i]).collect()).collect();
         let system = self.system(&rows, shape, &y)?;
@@ -84,7 +84,7 @@ impl Group<'_> {
 
     pub(super) fn radial(&self, scores: &Scores, rival: &[f64], most_bases: usize) -> Option<RadialResult> {
         let rows = self.tuning_rows();
-        let candidates = |shapes: Vec<Shape>| -> Vec<Radial> {
+        let candidates = |shapes: Vec<RadialShape>| -> Vec<Radial> {
             shapes
                 .into_par_iter()
                 .filter_map(|shape| self.tune_on(&rows, &shape, &self.y, None, STEPS).map(|tuned| Radial { shape, tuned }))
@@ -98,31 +98,31 @@ impl Group<'_> {
         let mut ways = vec![vec![Transform::Identity; self.samples.variables.len()], best, milder];
         ways.dedup();
         let kernel = *self.options.kernels.first()?;
-        let first = candidates(ways.into_iter().map(|transforms| Shape { kernel, tail: 1, transforms }).collect());
+        let first = candidates(ways.into_iter().map(|transforms| RadialShape { kernel, tail: 1, transforms }).collect());
         let first = first.into_iter().reduce(|a, b| if b.tuned.score < a.tuned.score - CLEARLY { b } else { a })?;
         let transforms = first.shape.transforms.clone();
-        let rest: Vec<Shape> = self
+        let rest: Vec<RadialShape> = self
             .options
             .kernels
             .iter()
-            .flat_map(|kernel| (least_tail(*kernel)..=2).map(|tail| Shape { kernel: *kernel, tail, transforms: transforms.clone() }))
+            .flat_map(|kernel| (least_tail(*kernel)..=2).map(|tail| RadialShape { kernel: *kernel, tail, transforms: transforms.clone() }))
             .filter(|shape| *shape != first.shape)
             .collect();
         let mut considered = candidates(rest);
         considered.push(first);
-        let mut both: Vec<(Radial, Solved)> = considered.into_par_iter().filter_map(|one| self.solve(one, &self.y)).collect();
+        let mut both: Vec<(Radial, RbfSolution)> = considered.into_par_iter().filter_map(|one| self.solve(one, &self.y)).collect();
         both.sort_by(|a, b| a.0.tuned.score.total_cmp(&b.0.tuned.score));
-        let (considered, solved): (Vec<Radial>, Vec<Solved>) = both.into_iter().unzip();
+        let (considered, solved): (Vec<Radial>, Vec<RbfSolution>) = both.into_iter().unzip();
         let shortlisted = SHORTLIST.iter().find(|(most, _)| self.rows.len() <= *most).map_or(1, |(_, number)| *number);
         let shortlist: Vec<Radial> = considered.iter().take(shortlisted).cloned().collect();
         let held_out = self.radial_folds(&shortlist, &self.y);
         let left_out = solved.iter().map(|s| s.left_out.clone()).collect();
         let solved = solved.into_iter().next()?;
         let is_worth_trying = self.y.len() > 1 && most_bases > 1 && self.rows.len() <= TUNE_ROWS;
-        let simpler = |k: usize| rival[k].min(rms(&held_out[k]));
+        let simpler = |k: usize| rival[k].min(root_mean_square(&held_out[k]));
         let open: Vec<Unserved> = (0..self.y.len())
             .filter(|k| is_worth_trying && simpler(*k) > KNOWN * spread(&self.y[*k]))
-            .map(|k| Unserved { output: k, left_out: rms(&solved.left_out[k]), held_out: simpler(k) })
+            .map(|k| Unserved { output: k, left_out: root_mean_square(&solved.left_out[k]), held_out: simpler(k) })
             .collect();
         let further = self.further(&considered[0], scores, &rows, open, most_bases.saturating_sub(1));
         Some(RadialResult { considered, left_out, solved, held_out, further })
@@ -130,7 +130,7 @@ impl Group<'_> {
 
     /// Held-out residuals of the radial procedure. In each fold the shortlisted shapes are tuned anew from scratch, and
     /// the best by leave-one-out predicts: parameters that have seen the fold would make its residuals too small.
-    fn radial_folds(&self, shortlist: &[Radial], y: &[Vec<f64>]) -> Rows {
+    fn radial_folds(&self, shortlist: &[Radial], y: &[Vec<f64>]) -> ResidualRows {
         self.by_fold(y, |train, test, y| {
             let fallback = || y.iter().map(|y| vec![y.iter().sum::<f64>() / y.len() as f64; test.len()]).collect();
             let tuned = shortlist.iter().filter_map(|one| {
@@ -146,14 +146,14 @@ impl Group<'_> {
             let best = settled.min_by(|a, b| a.1.0.score.total_cmp(&b.1.0.score));
             let Some((one, (tuned, solved))) = best else { return fallback() };
             let trained = Radial { shape: one.shape.clone(), tuned };
-            let mut surrogate = Surrogate {
+            let mut surrogate = SurrogateSpec {
                 variables: self.samples.variables.clone(),
                 bases: vec![self.basis_on(&trained, train)],
-                ..Surrogate::default()
+                ..SurrogateSpec::default()
             };
             for k in 0..y.len() {
                 let model = self.model(&trained, &solved, k, 0);
-                surrogate.points.push(Point { name: String::new(), unit: String::new(), model, half_width: 0.0 });
+                surrogate.points.push(PointSpec { name: String::new(), unit: String::new(), model, half_width: 0.0 });
             }
             (0..y.len()).map(|k| test.iter().map(|x| evaluate(&surrogate, k, x).unwrap_or(f64::INFINITY)).collect()).collect()
         })
@@ -161,17 +161,17 @@ impl Group<'_> {
 
     /// Further bases, at most `most`, for outputs that polynomials and the `shared` basis serve badly. Each is tuned, on `rows`,
     /// for the output that gains most, and joined by outputs that it serves as well.
-    fn further(&self, shared: &Radial, scores: &Scores, rows: &[usize], open: Vec<Unserved>, most: usize) -> Vec<Further> {
+    fn further(&self, shared: &Radial, scores: &Scores, rows: &[usize], open: Vec<Unserved>, most: usize) -> Vec<FurtherBasis> {
         let alone = |open: Unserved| -> Option<(f64, Unserved, Radial)> {
             let y = std::slice::from_ref(&self.y[open.output]);
-            let tuned = |shape: Shape| {
+            let tuned = |shape: RadialShape| {
                 let begin = (shape == shared.shape).then_some(shared.tuned.parameters.as_slice());
                 let tuned = self.tune_on(rows, &shape, y, begin, STEPS)?;
                 self.solve(Radial { shape, tuned }, y)
             };
             let shapes = self.shapes_of(shared, scores, open.output).into_iter().filter_map(tuned);
             let (radial, solved) = shapes.min_by(|a, b| a.0.tuned.score.total_cmp(&b.0.tuned.score))?;
-            let left_out = rms(&solved.left_out[0]);
+            let left_out = root_mean_square(&solved.left_out[0]);
             let share = left_out / open.left_out.max(f64::MIN_POSITIVE);
             (share < OWN_MUST_REACH).then_some((share, Unserved { left_out, ..open }, radial))
         };
@@ -183,7 +183,7 @@ impl Group<'_> {
             let (_, first, radial) = unserved.remove(0);
             let is_served = |other: &Unserved| {
                 let solved = self.solve(radial.clone(), std::slice::from_ref(&self.y[other.output]));
-                solved.is_some_and(|(_, solved)| rms(&solved.left_out[0]) < MAY_JOIN * other.left_out)
+                solved.is_some_and(|(_, solved)| root_mean_square(&solved.left_out[0]) < MAY_JOIN * other.left_out)
             };
             let (joined, rest): (Vec<_>, Vec<_>) = unserved.into_iter().partition(|(_, other, _)| is_served(other));
             unserved = rest;
@@ -194,10 +194,10 @@ impl Group<'_> {
             let Some((radial, solved)) = self.solve(Radial { shape, tuned }, &y) else { continue };
             let held_out = self.radial_folds(std::slice::from_ref(&radial), &y);
             let members: Vec<Option<usize>> = (members.iter().zip(&held_out))
-                .map(|(m, held_out)| (rms(held_out) < OWN_MUST_REACH * m.held_out).then_some(m.output))
+                .map(|(m, held_out)| (root_mean_square(held_out) < OWN_MUST_REACH * m.held_out).then_some(m.output))
                 .collect();
             if members.iter().any(Option::is_some) {
-                found.push(Further { radial, members, solved, held_out });
+                found.push(FurtherBasis { radial, members, solved, held_out });
             }
         }
         found
@@ -205,12 +205,12 @@ impl Group<'_> {
 
     /// Shapes that are tried for one output alone: the shape that suits all, and Gaussians in the untransformed variables
     /// and in those of its polynomial.
-    fn shapes_of(&self, shared: &Radial, scores: &Scores, output: usize) -> Vec<Shape> {
+    fn shapes_of(&self, shared: &Radial, scores: &Scores, output: usize) -> Vec<RadialShape> {
         let mut shapes = vec![shared.shape.clone()];
         let best = scores.iter().min_by(|a, b| a.1[output].total_cmp(&b.1[output])).map(|(t, _)| t.clone());
         for transforms in std::iter::once(vec![Transform::Identity; self.samples.variables.len()]).chain(best) {
             for kernel in [Kernel::Gaussian, Kernel::Multiquadric] {
-                let shape = Shape { kernel, tail: 1, transforms: transforms.clone() };
+                let shape = RadialShape { kernel, tail: 1, transforms: transforms.clone() };
                 if !shapes.contains(&shape) && self.options.kernels.contains(&kernel) {
                     shapes.push(shape);
                 }
@@ -238,8 +238,8 @@ impl Group<'_> {
         self.search.active.iter().map(|active| if *active { tuned.next().unwrap_or(0.0) } else { 0.0 }).collect()
     }
 
-    pub(super) fn model(&self, one: &Radial, solved: &Solved, k: usize, basis: usize) -> PointModel {
-        let tail = Polynomial {
+    pub(super) fn model(&self, one: &Radial, solved: &RbfSolution, k: usize, basis: usize) -> PointModel {
+        let tail = PolynomialSpec {
             transforms: one.shape.transforms.clone(),
             terms: self.search.terms(one.shape.tail),
             coefficients: solved.tails[k].clone(),
@@ -252,18 +252,18 @@ impl Group<'_> {
 pub(super) struct RadialResult {
     pub(super) considered: Vec<Radial>,
     /// Left-out residuals by candidate and output.
-    pub(super) left_out: Vec<Rows>,
+    pub(super) left_out: Vec<ResidualRows>,
     /// Weights of the best candidate.
-    pub(super) solved: Solved,
+    pub(super) solved: RbfSolution,
     /// Held-out residuals of the procedure, by output.
-    pub(super) held_out: Rows,
-    pub(super) further: Vec<Further>,
+    pub(super) held_out: ResidualRows,
+    pub(super) further: Vec<FurtherBasis>,
 }
 
 impl RadialResult {
     /// The further basis that serves an output: its place, itself, and the output's place in it.
-    pub(super) fn further_of(&self, output: usize) -> Option<(usize, &Further, usize)> {
-        let place = |f: &Further| f.members.iter().position(|m| *m == Some(output));
+    pub(super) fn further_of(&self, output: usize) -> Option<(usize, &FurtherBasis, usize)> {
+        let place = |f: &FurtherBasis| f.members.iter().position(|m| *m == Some(output));
         self.further.iter().enumerate().find_map(|(at, f)| Some((at, f, place(f)?)))
     }
 }
@@ -276,9 +276,9 @@ struct Unserved {
 }
 
 /// A basis tuned for some outputs; those that gain too little by it are `None`.
-pub(super) struct Further {
+pub(super) struct FurtherBasis {
     pub(super) radial: Radial,
     pub(super) members: Vec<Option<usize>>,
-    pub(super) solved: Solved,
-    pub(super) held_out: Rows,
+    pub(super) solved: RbfSolution,
+    pub(super) held_out: ResidualRows,
 }

@@ -72,7 +72,7 @@ pub enum Criterion {
 }
 
 /// Rows in scaled variables, outputs on them, and the tail.
-pub struct System {
+pub struct RbfSystem {
     rows: Vec<Vec<f64>>,
     active: Vec<usize>,
     tail: Vec<Vec<u8>>,
@@ -83,7 +83,7 @@ pub struct System {
 }
 
 /// Weights, tail and left-out residuals, one of each per output.
-pub struct Solved {
+pub struct RbfSolution {
     /// One weight per row.
     pub weights: Vec<Vec<f64>>,
     /// One coefficient per monomial of the tail.
@@ -98,7 +98,7 @@ struct Factored {
     inverse: SpdInverse,
 }
 
-impl System {
+impl RbfSystem {
     /// `rows` in scaled variables; `active` the indices of those that vary; `tail` exponents. `None` when the rows do not
     /// determine the tail or are fewer than three more than its terms.
     pub fn new(rows: Vec<Vec<f64>>, active: Vec<usize>, tail: Vec<Vec<u8>>, outputs: Vec<Vec<f64>>) -> Option<Self> {
@@ -240,13 +240,13 @@ impl System {
     }
 
     /// Whether rounding in a query stays small.
-    pub fn is_well_conditioned(&self, solved: &Solved) -> bool {
+    pub fn is_well_conditioned(&self, solved: &RbfSolution) -> bool {
         let sum = |w: &[f64]| w.iter().map(|w| w.abs()).sum::<f64>();
         solved.weights.iter().zip(&self.outputs).all(|(w, y)| sum(w) <= MOST_WEIGHT * max_abs(y).max(1.0))
     }
 
     /// Solves for every output. `scales` are inverse length scales of the active variables.
-    pub fn solve(&self, kernel: Kernel, scales: &[f64], smoothing: f64) -> Option<Solved> {
+    pub fn solve(&self, kernel: Kernel, scales: &[f64], smoothing: f64) -> Option<RbfSolution> {
         let k = self.kernel_matrix(kernel, scales);
         let f = self.factor(&k, smoothing)?;
         let mut tail = Orthonormal::new();
@@ -254,7 +254,7 @@ impl System {
             return None;
         }
         let mut weights = f.w.clone();
-        let mut solved = Solved { weights: Vec::new(), tails: Vec::new(), left_out: Vec::new() };
+        let mut solved = RbfSolution { weights: Vec::new(), tails: Vec::new(), left_out: Vec::new() };
         let outputs = self.outputs();
         // P annihilates the tail, so the weights are corrected by the residual of the kernel part alone.
         for _ in 0..2 {

@@ -3,14 +3,15 @@
 use std::collections::BTreeMap;
 
 use super::evaluate::evaluate;
-use super::group::Group;
-use super::least_squares::{max_abs, rms};
-use super::model::{Point, PointModel, RbfBasis, Surrogate};
-use super::polynomial::Fitted;
-use super::radial::Radial;
+use super::group::{Dictionary, OutputGroup};
+use super::least_squares::max_abs;
+use super::model::{PointModel, PointSpec, RbfBasis, SurrogateSpec};
+use super::polynomial::FittedPolynomial;
+use super::radial::{Radial, RadialResult};
 use super::validation::{half_width, half_width_of_few};
-use super::{Candidate, Family, Fit, FitOptions, PointReport, Residuals, Samples};
+use super::{CandidateModel, FitOptions, FitSamples, ModelFamily, PointReport, ResidualSizes, SurrogateFit};
 use coldplate_base::error::{Error, Result};
+use coldplate_base::numbers::root_mean_square;
 use coldplate_base::progress::Progress;
 
 /// Ratio of held-out errors below which radial functions beat a polynomial. Chosen: they cost a query more than a
@@ -33,7 +34,7 @@ const MOST_CENTRES: usize = 1500;
 /// # Errors
 /// Bad input: rows and values that do not match, a missing condition, too few rows for an output (three more than varying
 /// variables are needed), nothing to choose from in `options`. Numerics: no candidate could be fitted to an output.
-pub fn fit_heard(samples: &Samples, options: &FitOptions, progress: &dyn Progress) -> Result<Fit> {
+pub fn fit_heard(samples: &FitSamples, options: &FitOptions, progress: &dyn Progress) -> Result<SurrogateFit> {
     let samples = samples.checked()?;
     if options.folds < 2 || !(options.coverage > 0.0 && options.coverage < 1.0) || options.max_degree > 12 {
         return Err(Error::input("options of the fit: at least 2 folds, coverage between 0 and 1, degree at most 12"));
@@ -62,11 +63,11 @@ pub fn fit_heard(samples: &Samples, options: &FitOptions, progress: &dyn Progres
         }
         groups.entry(rows).or_default().push(o);
     }
-    let mut surrogate = Surrogate { variables: samples.variables.clone(), ..Surrogate::default() };
+    let mut surrogate = SurrogateSpec { variables: samples.variables.clone(), ..SurrogateSpec::default() };
     let mut found: Vec<Option<(PointModel, PointReport)>> = vec![None; samples.outputs.len()];
     let many = groups.len();
     for (rows, outputs) in groups {
-        let group = Group::new(&samples, options, &active, rows, outputs);
+        let group = OutputGroup::new(&samples, options, &active, rows, outputs);
         progress.at(&format!("fit of {} outputs on {} rows: polynomials", group.outputs.len(), group.rows.len()));
         let bases = if many == 1 { options.max_bases } else { options.max_bases.min(1) };
         for (o, model, report) in group.fit(bases, &mut surrogate.bases, progress)? {
@@ -76,7 +77,7 @@ pub fn fit_heard(samples: &Samples, options: &FitOptions, progress: &dyn Progres
     let mut points = Vec::new();
     for (model, report) in found.into_iter().flatten() {
         let half_width = report.half_width;
-        surrogate.points.push(Point { name: report.name.clone(), unit: report.unit.clone(), model, half_width });
+        surrogate.points.push(PointSpec { name: report.name.clone(), unit: report.unit.clone(), model, half_width });
         points.push(report);
     }
     if let Some((o, i)) = (0..points.len())
@@ -85,18 +86,29 @@ pub fn fit_heard(samples: &Samples, options: &FitOptions, progress: &dyn Progres
     {
         return Err(Error::numerics(format!("the fit of {} has no finite value at row {}", points[o].name, i + 1)));
     }
-    Ok(Fit { surrogate, points, notes })
+    Ok(SurrogateFit { surrogate, points, notes })
 }
 
-impl Group<'_> {
+/// A candidate that may be chosen.
+struct Choice<'r> {
+    /// Index among the candidates.
+    candidate: usize,
+    /// Held-out residuals, row by row.
+    held_out: &'r [f64],
+    /// Share of the least error of the choices before it that its error must be below.
+    share: f64,
+}
+
+impl OutputGroup<'_> {
     fn fit(&self, most_bases: usize, bases: &mut Vec<RbfBasis>, progress: &dyn Progress) -> Result<Vec<(usize, PointModel, PointReport)>> {
         let scores = self.search.transform_scores(&self.rows, &self.y);
         let dictionaries = if self.options.polynomials { self.polynomials(&scores) } else { Vec::new() };
         // A larger dictionary must win clearly.
         let best_of = |k: usize| {
-            let choices: Vec<(usize, &[f64], f64)> =
-                dictionaries.iter().enumerate().map(|(d, one)| (d, one.held_out[k].as_slice(), CLEARLY)).collect();
-            choose(&choices, |_| true).map(|d| rms(&dictionaries[d].held_out[k]))
+            let numbered = dictionaries.iter().enumerate();
+            let choices: Vec<Choice<'_>> =
+                numbered.map(|(candidate, one)| Choice { candidate, held_out: &one.held_out[k], share: CLEARLY }).collect();
+            choose(&choices, |_| true).map(|d| root_mean_square(&dictionaries[d].held_out[k]))
         };
         let rival: Vec<f64> = (0..self.y.len()).map(|k| best_of(k).unwrap_or(f64::INFINITY)).collect();
         let usable =
@@ -105,7 +117,7 @@ impl Group<'_> {
             progress.at(&format!("fit of {} outputs on {} rows: radial functions", self.outputs.len(), self.rows.len()));
         }
         let radial = if usable { self.radial(&scores, &rival, most_bases) } else { None };
-        let wins = |(radial, polynomial): (&Vec<f64>, &f64)| rms(radial) < RADIAL_MUST_BEAT * polynomial;
+        let wins = |(radial, polynomial): (&Vec<f64>, &f64)| root_mean_square(radial) < RADIAL_MUST_BEAT * polynomial;
         let is_needed = radial.as_ref().is_some_and(|radial| radial.held_out.iter().zip(&rival).any(wins));
         let shared_share = if is_needed { POLYNOMIAL_MUST_BEAT } else { RADIAL_MUST_BEAT };
         let shared_basis = bases.len();
@@ -119,35 +131,18 @@ impl Group<'_> {
         };
         let mut result = Vec::new();
         for (k, o) in self.outputs.iter().enumerate() {
-            let mut candidates = Vec::new();
-            // The candidates: index, its held-out residuals, the share by which it must beat those before.
-            let mut choices: Vec<(usize, &[f64], f64)> = Vec::new();
-            for one in &dictionaries {
-                candidates.push(polynomial_candidate(&one.fitted[k], &one.held_out[k]));
-                choices.push((candidates.len() - 1, &one.held_out[k], CLEARLY));
-            }
-            if let Some(radial) = &radial {
-                for (index, one) in radial.considered.iter().enumerate() {
-                    let held_out = (index == 0).then_some(radial.held_out[k].as_slice());
-                    candidates.push(self.radial_candidate(one, false, &radial.left_out[index][k], held_out));
-                    choices.extend(held_out.map(|held_out| (candidates.len() - 1, held_out, shared_share)));
-                }
-                if let Some((_, further, m)) = radial.further_of(k) {
-                    candidates.push(self.radial_candidate(&further.radial, true, &further.solved.left_out[m], Some(&further.held_out[m])));
-                    choices.push((candidates.len() - 1, &further.held_out[m], RADIAL_MUST_BEAT));
-                }
-            }
+            let (candidates, choices) = self.candidates(k, &dictionaries, radial.as_ref(), shared_share);
             let chosen = choose(&choices, |_| true).map(|index| (index, self.held_out_of_choice(&choices)));
             let output = &self.samples.outputs[*o];
             let none = || Error::numerics("no model could be fitted").at_key(output.name.clone());
             let (index, held_out) = chosen.ok_or_else(none)?;
             let model = match (&candidates[index].family, dictionaries.get(index), &radial) {
-                (Family::Polynomial { .. }, Some(one), _) => PointModel::Polynomial(one.fitted[k].expanded()),
-                (Family::Rbf { own: false, .. }, _, Some(radial)) => {
+                (ModelFamily::Polynomial { .. }, Some(one), _) => PointModel::Polynomial(one.fitted[k].expanded()),
+                (ModelFamily::Rbf { own: false, .. }, _, Some(radial)) => {
                     shared_used = true;
                     self.model(&radial.considered[0], &radial.solved, k, shared_basis)
                 }
-                (Family::Rbf { own: true, .. }, _, Some(radial)) => {
+                (ModelFamily::Rbf { own: true, .. }, _, Some(radial)) => {
                     let (at, further, m) = radial.further_of(k).ok_or_else(none)?;
                     further_used.entry(at).or_default().push(k);
                     self.model(&further.radial, &further.solved, m, usize::MAX)
@@ -181,26 +176,60 @@ impl Group<'_> {
         Ok(result)
     }
 
+    /// Candidates for an output, and those of them that may be chosen. `shared_share` is the share of the error of the polynomials
+    /// that the shared basis must reach.
+    fn candidates<'r>(
+        &self,
+        k: usize,
+        dictionaries: &'r [Dictionary],
+        radial: Option<&'r RadialResult>,
+        shared_share: f64,
+    ) -> (Vec<CandidateModel>, Vec<Choice<'r>>) {
+        let mut candidates = Vec::new();
+        let mut choices = Vec::new();
+        for one in dictionaries {
+            choices.push(Choice { candidate: candidates.len(), held_out: &one.held_out[k], share: CLEARLY });
+            candidates.push(polynomial_candidate(&one.fitted[k], &one.held_out[k]));
+        }
+        let Some(radial) = radial else { return (candidates, choices) };
+        for (index, one) in radial.considered.iter().enumerate() {
+            let held_out = (index == 0).then_some(radial.held_out[k].as_slice());
+            choices.extend(held_out.map(|held_out| Choice { candidate: candidates.len(), held_out, share: shared_share }));
+            candidates.push(self.radial_candidate(one, false, &radial.left_out[index][k], held_out));
+        }
+        if let Some((_, further, m)) = radial.further_of(k) {
+            let held_out = further.held_out[m].as_slice();
+            choices.push(Choice { candidate: candidates.len(), held_out, share: RADIAL_MUST_BEAT });
+            candidates.push(self.radial_candidate(&further.radial, true, &further.solved.left_out[m], Some(held_out)));
+        }
+        (candidates, choices)
+    }
+
     /// Held-out residuals with the choice included: residuals of a fold come from the model that the other folds
     /// would choose.
-    fn held_out_of_choice(&self, choices: &[(usize, &[f64], f64)]) -> Vec<f64> {
+    fn held_out_of_choice(&self, choices: &[Choice<'_>]) -> Vec<f64> {
         let by_fold: Vec<Option<usize>> = (0..self.fold_count).map(|fold| choose(choices, |row| self.folds[row] != fold)).collect();
         let residual = |row: usize| {
             let index = by_fold.get(self.folds[row]).copied().flatten()?;
-            choices.iter().find(|c| c.0 == index)?.1.get(row).copied()
+            choices.iter().find(|choice| choice.candidate == index)?.held_out.get(row).copied()
         };
         (0..self.rows.len()).map(|row| residual(row).unwrap_or(f64::INFINITY)).collect()
     }
 
-    fn radial_candidate(&self, one: &Radial, own: bool, left_out: &[f64], held_out: Option<&[f64]>) -> Candidate {
-        let family = Family::Rbf {
+    fn radial_candidate(&self, one: &Radial, own: bool, left_out: &[f64], held_out: Option<&[f64]>) -> CandidateModel {
+        let family = ModelFamily::Rbf {
             kernel: one.shape.kernel,
             tail: one.shape.tail,
             scales: self.all_scales(one),
             smoothing: one.tuned.smoothing(),
             own,
         };
-        Candidate { family, transforms: one.shape.transforms.clone(), leave_one_out: residuals(left_out), k_fold: held_out.map(residuals) }
+        CandidateModel {
+            family,
+            transforms: one.shape.transforms.clone(),
+            leave_one_out: residuals(left_out),
+            k_fold: held_out.map(residuals),
+        }
     }
 }
 
@@ -210,27 +239,29 @@ pub(super) fn least_half_width(values: &[f64]) -> f64 {
 }
 
 /// Index of the candidate to take, judged by its held-out residuals on the rows that `counts` admits.
-fn choose(choices: &[(usize, &[f64], f64)], counts: impl Fn(usize) -> bool) -> Option<usize> {
-    let error = |residuals: &[f64]| rms(&residuals.iter().enumerate().filter(|(i, _)| counts(*i)).map(|(_, e)| *e).collect::<Vec<_>>());
+fn choose(choices: &[Choice<'_>], counts: impl Fn(usize) -> bool) -> Option<usize> {
+    let error = |residuals: &[f64]| {
+        root_mean_square(&residuals.iter().enumerate().filter(|(i, _)| counts(*i)).map(|(_, e)| *e).collect::<Vec<_>>())
+    };
     let mut best: Option<(usize, f64)> = None;
-    for (index, residuals, share) in choices {
-        let error = error(residuals);
+    for Choice { candidate, held_out, share } in choices {
+        let error = error(held_out);
         if best.is_none_or(|(_, least)| error < share * least) {
-            best = Some((*index, error));
+            best = Some((*candidate, error));
         }
     }
     best.map(|(index, _)| index)
 }
 
-fn polynomial_candidate(fitted: &Fitted, held_out: &[f64]) -> Candidate {
-    Candidate {
-        family: Family::Polynomial { degree: fitted.degree(), terms: fitted.expanded().terms.len() },
+fn polynomial_candidate(fitted: &FittedPolynomial, held_out: &[f64]) -> CandidateModel {
+    CandidateModel {
+        family: ModelFamily::Polynomial { degree: fitted.degree(), terms: fitted.expanded().terms.len() },
         transforms: fitted.transforms.clone(),
         leave_one_out: residuals(&fitted.left_out),
         k_fold: Some(residuals(held_out)),
     }
 }
 
-fn residuals(values: &[f64]) -> Residuals {
-    Residuals { rms: rms(values), max: max_abs(values) }
+fn residuals(values: &[f64]) -> ResidualSizes {
+    ResidualSizes { rms: root_mean_square(values), max: max_abs(values) }
 }

@@ -7,10 +7,11 @@ use coldplate_runtime::format;
 use rayon::prelude::*;
 use serde::Deserialize;
 
-use super::least_squares::{Orthonormal, left_out, rms};
-use super::model::{Miss, Origin, Parameter, Scale, States, Surrogate, Transform, Uncertainty, Variable};
-use super::polynomial::{Fitted, Search};
+use super::least_squares::{Orthonormal, left_out};
+use super::model::{Miss, Origin, ParameterSpec, Scale, StateDistribution, SurrogateSpec, Transform, UncertaintySpec, VariableSpec};
+use super::polynomial::{FittedPolynomial, PolynomialSearch};
 use coldplate_base::error::{Error, Result};
+use coldplate_base::numbers::root_mean_square;
 use coldplate_tables::Table;
 
 /// Key of the note in a table of slopes that names the parameters the slopes belong to.
@@ -47,13 +48,13 @@ struct NoteParameter {
     assumed: bool,
 }
 
-impl Uncertainty {
+impl UncertaintySpec {
     /// Uncertainty from a table of slopes on conditions of the surrogate's variables.
     ///
     /// # Errors
     /// The table does not name the parameters of its slopes, lacks a slope or a variable of the surrogate, or is beyond the bounds
     /// of a surrogate file.
-    pub fn fit(surrogate: &Surrogate, table: &Table) -> Result<Self> {
+    pub fn fit(surrogate: &SurrogateSpec, table: &Table) -> Result<Self> {
         let wrong = |what: String| Error::input(what).help("make the table of slopes anew with `coldplate sweep`");
         let text = table.provenance.iter().find(|(key, _)| key == NOTE).map(|(_, text)| text);
         let text = text.ok_or_else(|| wrong("this table does not name the parameters of its slopes".into()))?;
@@ -83,7 +84,8 @@ impl Uncertainty {
             Miss { own, common: note.common }
         });
         let measured = note.measured.iter().map(|row| {
-            let value = |v: &Variable| row.get(&v.name).copied().ok_or_else(|| wrong(format!("a measured condition lacks '{}'", v.name)));
+            let value =
+                |v: &VariableSpec| row.get(&v.name).copied().ok_or_else(|| wrong(format!("a measured condition lacks '{}'", v.name)));
             surrogate.variables.iter().map(value).collect::<Result<Vec<f64>>>()
         });
         Ok(Self {
@@ -100,7 +102,7 @@ impl Uncertainty {
 }
 
 impl NoteParameter {
-    fn parameter(self) -> Result<Parameter> {
+    fn parameter(self) -> Result<ParameterSpec> {
         let scale = match self.scale.as_str() {
             "linear" => Scale::Linear,
             "log" => Scale::Log,
@@ -109,19 +111,22 @@ impl NoteParameter {
         };
         let origin = if self.assumed { Origin::Assumed } else { Origin::Stated };
         let Self { name, unit, nominal, deviation, low, high, .. } = self;
-        Ok(Parameter { name, unit, nominal, deviation, low, high, scale, origin })
+        Ok(ParameterSpec { name, unit, nominal, deviation, low, high, scale, origin })
     }
 }
 
 /// States whose correlations are those of the parameters; `None` if there are none.
-fn correlated(correlations: &[Vec<f64>], points: usize) -> Option<States> {
+fn correlated(correlations: &[Vec<f64>], points: usize) -> Option<StateDistribution> {
     let is_one = correlations.iter().enumerate().all(|(i, row)| row.iter().enumerate().all(|(j, c)| i == j || *c == 0.0));
     if is_one {
         return None;
     }
     let n = correlations.len() + points + 1;
     let of = |i: usize, j: usize| correlations.get(i).and_then(|row| row.get(j)).copied().unwrap_or(f64::from(u8::from(i == j)));
-    Some(States { mean: vec![0.0; n], covariance: (0..n).flat_map(|i| (0..=i).map(move |j| (i, j))).map(|(i, j)| of(i, j)).collect() })
+    Some(StateDistribution {
+        mean: vec![0.0; n],
+        covariance: (0..n).flat_map(|i| (0..=i).map(move |j| (i, j))).map(|(i, j)| of(i, j)).collect(),
+    })
 }
 
 /// Terms of the slopes with one set of coefficients per slope.
@@ -133,7 +138,7 @@ struct Shape {
 
 impl Shape {
     /// The least degree, and its transforms, with a good leave-one-out error; otherwise the best there is.
-    fn choose(variables: &[Variable], rows: &[Vec<f64>], outputs: &[Vec<f64>]) -> Result<Self> {
+    fn choose(variables: &[VariableSpec], rows: &[Vec<f64>], outputs: &[Vec<f64>]) -> Result<Self> {
         let complete: Vec<usize> = (0..rows.len()).filter(|r| outputs.iter().all(|o| o[*r].is_finite())).collect();
         let rows: Vec<&[f64]> = complete.iter().map(|r| rows[*r].as_slice()).collect();
         let outputs: Vec<Vec<f64>> = outputs.iter().map(|o| complete.iter().map(|r| o[*r]).collect()).collect();
@@ -141,8 +146,8 @@ impl Shape {
             return Err(Error::input("no condition has all slopes").help("make the table of slopes anew with `coldplate sweep`"));
         }
         let active: Vec<bool> = variables.iter().map(|v| v.high > v.low).collect();
-        let search = Search { variables, active: &active, max_degree: MOST_DEGREE };
-        let size = rms(&outputs.iter().map(|o| rms(o)).collect::<Vec<_>>());
+        let search = PolynomialSearch { variables, active: &active, max_degree: MOST_DEGREE };
+        let size = root_mean_square(&outputs.iter().map(|o| root_mean_square(o)).collect::<Vec<_>>());
         let mut best: Option<(f64, Vec<Transform>, usize)> = None;
         for degree in 0..=MOST_DEGREE {
             let terms = search.terms(degree);
@@ -156,9 +161,9 @@ impl Shape {
                     let error = |o: &Vec<f64>| {
                         let mut residuals = o.clone();
                         basis.project_out(&mut residuals);
-                        rms(&left_out(&residuals, &leverages))
+                        root_mean_square(&left_out(&residuals, &leverages))
                     };
-                    (rms(&outputs.iter().map(error).collect::<Vec<_>>()), transforms)
+                    (root_mean_square(&outputs.iter().map(error).collect::<Vec<_>>()), transforms)
                 })
                 .collect();
             let Some((error, transforms)) = tried.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)) else { break };
@@ -174,7 +179,7 @@ impl Shape {
         let fits = outputs.iter().map(|o| {
             let mut residuals = o.clone();
             let coefficients = basis.back_substitute(&basis.project_out(&mut residuals));
-            Fitted { transforms: transforms.clone(), terms: terms.clone(), coefficients, left_out: Vec::new() }.expanded()
+            FittedPolynomial { transforms: transforms.clone(), terms: terms.clone(), coefficients, left_out: Vec::new() }.expanded()
         });
         let expanded: Vec<_> = fits.collect();
         let mut all: Vec<Vec<u8>> = expanded.iter().flat_map(|p| p.terms.iter().cloned()).collect();
@@ -192,7 +197,7 @@ impl Shape {
 }
 
 /// Orthonormal columns of the terms that are linearly independent on these rows, and these terms.
-fn basis(search: &Search<'_>, rows: &[&[f64]], transforms: &[Transform], terms: &[Vec<u8>]) -> (Orthonormal, Vec<Vec<u8>>) {
+fn basis(search: &PolynomialSearch<'_>, rows: &[&[f64]], transforms: &[Transform], terms: &[Vec<u8>]) -> (Orthonormal, Vec<Vec<u8>>) {
     let mut basis = Orthonormal::new();
     let mut kept = Vec::new();
     for (term, column) in terms.iter().zip(search.columns(rows, transforms, terms)) {

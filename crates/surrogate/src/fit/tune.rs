@@ -1,7 +1,7 @@
 //! Length scales and smoothing of radial functions, by a quasi-Newton search in their logarithms.
 
 use super::model::Kernel;
-use super::rbf::{Criterion, Solved, System};
+use super::rbf::{Criterion, RbfSolution, RbfSystem};
 
 /// Range of inverse length scales, in scaled variables. Chosen: from hardly any influence to a tenth of the range.
 const SCALES: (f64, f64) = (0.01, 10.0);
@@ -46,7 +46,7 @@ impl Tuned {
 }
 
 /// Tunes from scratch: a few steps from each starting point, then on from the best.
-pub fn tune(system: &System, kernel: Kernel, criterion: Criterion, steps: usize) -> Option<Tuned> {
+pub fn tune(system: &RbfSystem, kernel: Kernel, criterion: Criterion, steps: usize) -> Option<Tuned> {
     let start = |(scale, smoothing): &(f64, f64)| {
         let mut p = vec![scale.ln(); system.active().len()];
         p.push(smoothing.ln());
@@ -57,14 +57,14 @@ pub fn tune(system: &System, kernel: Kernel, criterion: Criterion, steps: usize)
 }
 
 /// Tunes from parameters that are nearly right.
-pub fn retune(system: &System, kernel: Kernel, criterion: Criterion, begin: &[f64], steps: usize) -> Option<Tuned> {
+pub fn retune(system: &RbfSystem, kernel: Kernel, criterion: Criterion, begin: &[f64], steps: usize) -> Option<Tuned> {
     let (_, parameters) = search(system, kernel, begin, criterion, steps)?;
     scored(system, kernel, parameters)
 }
 
 /// Solves with the tuned parameters. If the weights are so large that they would multiply the rounding of every query, smoothing is
 /// raised until they are not: the model loses little by it, and is often still the best by far.
-pub fn settle(system: &System, kernel: Kernel, mut tuned: Tuned) -> Option<(Tuned, Solved)> {
+pub fn settle(system: &RbfSystem, kernel: Kernel, mut tuned: Tuned) -> Option<(Tuned, RbfSolution)> {
     for _ in 0..MOST_RAISES {
         let solved = system.solve(kernel, &tuned.scales(), tuned.smoothing());
         if let Some(solved) = solved.filter(|solved| system.is_well_conditioned(solved)) {
@@ -76,14 +76,14 @@ pub fn settle(system: &System, kernel: Kernel, mut tuned: Tuned) -> Option<(Tune
     None
 }
 
-fn scored(system: &System, kernel: Kernel, parameters: Vec<f64>) -> Option<Tuned> {
+fn scored(system: &RbfSystem, kernel: Kernel, parameters: Vec<f64>) -> Option<Tuned> {
     let mut tuned = Tuned { parameters, score: f64::INFINITY };
     tuned.score = system.left_out_score(kernel, &tuned.scales(), tuned.smoothing())?;
     Some(tuned)
 }
 
 /// BFGS with a backtracking line search, kept in the box by a quadratic penalty outside it.
-fn search(system: &System, kernel: Kernel, begin: &[f64], criterion: Criterion, steps: usize) -> Option<(f64, Vec<f64>)> {
+fn search(system: &RbfSystem, kernel: Kernel, begin: &[f64], criterion: Criterion, steps: usize) -> Option<(f64, Vec<f64>)> {
     let n = begin.len();
     let evaluate = |x: &[f64]| -> Option<(f64, Vec<f64>)> {
         let (mut value, mut gradient) = system.judge(kernel, x, criterion)?;

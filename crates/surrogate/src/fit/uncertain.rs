@@ -1,14 +1,14 @@
-//! The section of a surrogate file on the uncertainty of its answers; `docs/surrogate-format.md` states the layout.
+//! The section of a surrogate file on the uncertainty of its answers; `docs/reference/surrogate-sections.md` states the layout.
 
 use coldplate_runtime::{self as runtime, format};
 
-use super::model::{Miss, Origin, Parameter, Scale, States, Surrogate, Uncertainty};
+use super::model::{Miss, Origin, ParameterSpec, Scale, StateDistribution, SurrogateSpec, UncertaintySpec};
 use coldplate_base::error::{Error, Result};
 
-impl Uncertainty {
+impl UncertaintySpec {
     /// The uncertainty in an opened file.
     pub fn of(file: &runtime::Uncertainty<'_>) -> Self {
-        let parameters = file.parameters().map(|p| Parameter {
+        let parameters = file.parameters().map(|p| ParameterSpec {
             name: p.name.to_owned(),
             unit: p.unit.to_owned(),
             nominal: p.nominal,
@@ -21,7 +21,9 @@ impl Uncertainty {
         let terms: Vec<Vec<u8>> = (0..file.terms()).map(|t| (0..file.variable_count()).map(|v| file.exponent(t, v)).collect()).collect();
         let count = file.parameter_count();
         let row = |p: usize, t: usize| (0..count).map(|k| file.slope_coefficient(p, t, k)).collect();
-        let states = file.known().map(|(mean, covariance)| States { mean: mean.iter().collect(), covariance: covariance.iter().collect() });
+        let states = file
+            .known()
+            .map(|(mean, covariance)| StateDistribution { mean: mean.iter().collect(), covariance: covariance.iter().collect() });
         Self {
             parameters: parameters.collect(),
             transforms: (0..file.variable_count()).map(|v| file.transform(v)).collect(),
@@ -38,7 +40,7 @@ impl Uncertainty {
     ///
     /// # Errors
     /// Content beyond the format.
-    pub fn section(&self, surrogate: &Surrogate, tests: &[Vec<f64>]) -> Result<Vec<u8>> {
+    pub fn section(&self, surrogate: &SurrogateSpec, tests: &[Vec<f64>]) -> Result<Vec<u8>> {
         let (count, points, variables) = (self.parameters.len(), surrogate.points.len(), surrogate.variables.len());
         let sizes_agree = self.slopes.len() == points
             && self.misses.len() == points
@@ -93,7 +95,7 @@ impl Uncertainty {
     }
 }
 
-impl Uncertainty {
+impl UncertaintySpec {
     /// Adds a parameter that is known exactly: its value is one, and it changes the points by `changes` (point by point, term by
     /// term of `terms`).
     pub(super) fn add_known(&mut self, name: &str, terms: &[Vec<u8>], changes: &[Vec<f64>]) {
@@ -109,7 +111,7 @@ impl Uncertainty {
             rows.iter_mut().zip(&place).for_each(|(row, place)| row.push(place.map_or(0.0, |t| changes[t])));
         }
         let before = count + self.misses.len() + 1;
-        let known = self.states.take().unwrap_or_else(|| States {
+        let known = self.states.take().unwrap_or_else(|| StateDistribution {
             mean: vec![0.0; before],
             covariance: (0..before).flat_map(|i| (0..=i).map(move |j| f64::from(u8::from(i == j)))).collect(),
         });
@@ -119,8 +121,8 @@ impl Uncertainty {
         let old = |i: usize| if i < count { Some(i) } else { i.checked_sub(1).filter(|_| i > count) };
         let entry = |i: usize, j: usize| old(i).zip(old(j)).map_or(0.0, |(i, j)| known.covariance[i * (i + 1) / 2 + j]);
         let covariance = (0..=before).flat_map(|i| (0..=i).map(move |j| (i, j))).map(|(i, j)| entry(i, j)).collect();
-        self.states = Some(States { mean, covariance });
-        self.parameters.push(Parameter {
+        self.states = Some(StateDistribution { mean, covariance });
+        self.parameters.push(ParameterSpec {
             name: name.into(),
             unit: "1".into(),
             nominal: 0.0,

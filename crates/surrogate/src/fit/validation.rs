@@ -4,6 +4,7 @@ use nalgebra::DMatrix;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::dense::{SpdInverse, invert_spd};
+use coldplate_base::numbers::root_mean_square;
 use coldplate_base::random::Random;
 
 /// Splits rows into `k` folds: `result[row]` is the fold of that row. Rows at the same condition stay together, otherwise a
@@ -54,7 +55,7 @@ pub fn half_width(residuals: &[f64], coverage: f64) -> f64 {
     }
     let freedom = (n as f64 - 1.0).max(1.0);
     let t = StudentsT::new(0.0, 1.0, freedom).map_or(13.0, |t| t.inverse_cdf(0.5 + 0.5 * coverage));
-    let spread = t * super::least_squares::rms(residuals) * (1.0 + 1.0 / n.max(1) as f64).sqrt();
+    let spread = t * root_mean_square(residuals) * (1.0 + 1.0 / n.max(1) as f64).sqrt();
     sizes.last().copied().unwrap_or(f64::INFINITY).max(spread)
 }
 
@@ -80,11 +81,15 @@ pub fn remoteness_of_each(known: &[Vec<f64>]) -> Option<Vec<f64>> {
     Some((0..known.len()).map(|i| (1.0 / inverse[(i, i)]).max(NUGGET).sqrt()).collect())
 }
 
+/// Square of the distance between two points.
+pub(super) fn distance_square(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum()
+}
+
 /// Covariance of the reference process.
 fn reference(a: &[f64], b: &[f64]) -> f64 {
-    let r2: f64 = a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum();
     let product: f64 = a.iter().zip(b).map(|(a, b)| a * b).sum();
-    libm::exp(-r2) + TREND * (1.0 + product)
+    libm::exp(-distance_square(a, b)) + TREND * (1.0 + product)
 }
 
 fn reference_system(known: &[Vec<f64>]) -> Option<SpdInverse> {

@@ -17,7 +17,7 @@ const LONGEST: u64 = 1 << 20;
 
 /// One row of the file.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Row {
+pub struct BatchRow {
     /// Line in the file, from 1.
     pub line: usize,
     /// The label in the column `test`, if there is one.
@@ -36,14 +36,14 @@ enum Column {
     Ignored,
 }
 
-/// Reads all conditions from CSV text, in the format of [`Batch`].
+/// Reads all conditions from CSV text, in the format of [`BatchHeader`].
 ///
 /// # Errors
-/// Errors of [`Batch::begin`] and [`Batch::rows`]; no row at all.
-pub fn read(surrogate: &Surrogate<'_>, text: &str, file: &Path, given: &[(String, String)]) -> Result<Vec<Row>> {
-    let mut lines = Lines::new(text.as_bytes());
-    let mut rows = || -> Result<Vec<Row>> {
-        let batch = Batch::begin(surrogate, &mut lines, given)?;
+/// Errors of [`BatchHeader::begin`] and [`BatchHeader::rows`]; no row at all.
+pub fn read(surrogate: &Surrogate<'_>, text: &str, file: &Path, given: &[(String, String)]) -> Result<Vec<BatchRow>> {
+    let mut lines = LinePieces::new(text.as_bytes());
+    let mut rows = || -> Result<Vec<BatchRow>> {
+        let batch = BatchHeader::begin(surrogate, &mut lines, given)?;
         let mut rows = Vec::new();
         while let Some(piece) = lines.next(LINES)? {
             rows.extend(batch.rows(&piece).collect::<Result<Vec<_>>>()?);
@@ -60,13 +60,13 @@ pub(super) fn no_conditions() -> Error {
 
 /// Some lines of a file.
 #[derive(Debug)]
-pub struct Piece {
+pub struct LinePiece {
     /// Number of the first line, from 1.
     first: usize,
     text: String,
 }
 
-impl Piece {
+impl LinePiece {
     /// The lines with something in them, and their numbers; blank lines and remarks carry nothing.
     fn content(&self) -> impl Iterator<Item = (usize, &str)> {
         let lines = self.text.lines().enumerate().map(|(i, line)| (self.first + i, line));
@@ -76,12 +76,12 @@ impl Piece {
 
 /// The lines of a file, in pieces.
 #[derive(Debug)]
-pub struct Lines<R> {
+pub struct LinePieces<R> {
     reader: R,
     done: usize,
 }
 
-impl<R: BufRead> Lines<R> {
+impl<R: BufRead> LinePieces<R> {
     /// The lines of `reader` from the beginning.
     pub fn new(reader: R) -> Self {
         Self { reader, done: 0 }
@@ -91,7 +91,7 @@ impl<R: BufRead> Lines<R> {
     ///
     /// # Errors
     /// The reader fails, or a line is no text or longer than 1 MiB.
-    fn next(&mut self, most: usize) -> Result<Option<Piece>> {
+    fn next(&mut self, most: usize) -> Result<Option<LinePiece>> {
         let first = self.done + 1;
         let mut bytes = Vec::new();
         while self.done + 1 < first + most {
@@ -117,14 +117,14 @@ impl<R: BufRead> Lines<R> {
         if first == 1 && text.starts_with('\u{feff}') {
             text.remove(0);
         }
-        Ok(Some(Piece { first, text }))
+        Ok(Some(LinePiece { first, text }))
     }
 
     /// Works on all pieces that are left, on every core, and gives the results in their order.
     ///
     /// # Errors
-    /// Errors of `Lines::next` and of `work`: the first one in the order of the file.
-    pub fn each<T: Send>(&mut self, work: impl Fn(&Piece) -> Result<T> + Sync, mut take: impl FnMut(T)) -> Result<()> {
+    /// Errors of `LinePieces::next` and of `work`: the first one in the order of the file.
+    pub fn each<T: Send>(&mut self, work: impl Fn(&LinePiece) -> Result<T> + Sync, mut take: impl FnMut(T)) -> Result<()> {
         loop {
             let mut pieces = Vec::new();
             let mut broken = Ok(());
@@ -154,19 +154,19 @@ impl<R: BufRead> Lines<R> {
 /// `coolant_flow [L/min]`; cells of a column without a unit carry their own. Variables that are the same in every row may
 /// be given beside the file. A column `test` labels the rows. Columns named after measurement points are measurements,
 /// and are passed over.
-pub struct Batch<'a> {
+pub struct BatchHeader<'a> {
     surrogate: &'a Surrogate<'a>,
     variables: Vec<Variable<'a>>,
     columns: Vec<Column>,
     common: Vec<Option<f64>>,
 }
 
-impl<'a> Batch<'a> {
+impl<'a> BatchHeader<'a> {
     /// Reads the header.
     ///
     /// # Errors
     /// Unknown or missing columns, no header; as [`condition::partial`] for the variables `given` beside the file.
-    pub fn begin<R: BufRead>(surrogate: &'a Surrogate<'a>, lines: &mut Lines<R>, given: &[(String, String)]) -> Result<Self> {
+    pub fn begin<R: BufRead>(surrogate: &'a Surrogate<'a>, lines: &mut LinePieces<R>, given: &[(String, String)]) -> Result<Self> {
         let common = condition::partial(surrogate, given)?;
         let mut batch = Self { surrogate, variables: condition::variables(surrogate), columns: Vec::new(), common };
         while let Some(piece) = lines.next(1)? {
@@ -187,7 +187,7 @@ impl<'a> Batch<'a> {
     ///
     /// # Errors
     /// A row with an unreadable, missing or surplus cell, named by its line.
-    pub fn rows<'p>(&'p self, piece: &'p Piece) -> impl Iterator<Item = Result<Row>> + 'p {
+    pub fn rows<'p>(&'p self, piece: &'p LinePiece) -> impl Iterator<Item = Result<BatchRow>> + 'p {
         piece.content().map(|(line, text)| self.row(line, text).map_err(|e| e.at_line(line)))
     }
 
@@ -227,7 +227,7 @@ impl<'a> Batch<'a> {
         Ok(columns)
     }
 
-    fn row(&self, line: usize, text: &str) -> Result<Row> {
+    fn row(&self, line: usize, text: &str) -> Result<BatchRow> {
         let cells = cells(text)?;
         if cells.len() != self.columns.len() {
             return Err(Error::input(format!("this row has {} cells, the header {}", cells.len(), self.columns.len())));
@@ -252,7 +252,7 @@ impl<'a> Batch<'a> {
         }
         let held = x.iter_mut().zip(&self.variables).skip(self.surrogate.variable_count());
         held.for_each(|(x, held)| *x = x.or(Some(held.low)));
-        Ok(Row { line, label, condition: x.into_iter().flatten().collect() })
+        Ok(BatchRow { line, label, condition: x.into_iter().flatten().collect() })
     }
 }
 

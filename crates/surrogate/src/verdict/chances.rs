@@ -3,7 +3,7 @@
 
 use coldplate_runtime::{Chance, Origin, Surrogate};
 
-use super::{ChanceAnswer, Settling, Share};
+use super::{ChanceAnswer, TellingReading, VarianceShare};
 
 /// Standard deviation of the instrument whose reading is weighed, in the point's unit. Chosen: a usual temperature
 /// sensor; a better one would be worth more.
@@ -24,7 +24,7 @@ pub(super) fn explain(surrogate: &Surrogate<'_>, x: &[f64], values: &[f64], chan
 }
 
 /// Shares in the variance of a limit, the largest first.
-fn shares(surrogate: &Surrogate<'_>, limit: usize, x: &[f64], values: &[f64]) -> Vec<Share> {
+fn shares(surrogate: &Surrogate<'_>, limit: usize, x: &[f64], values: &[f64]) -> Vec<VarianceShare> {
     let (Some(uncertainty), Some(own)) = (surrogate.uncertainty(), surrogate.limit_chance(limit, x, None, values)) else {
         return Vec::new();
     };
@@ -34,23 +34,23 @@ fn shares(surrogate: &Surrogate<'_>, limit: usize, x: &[f64], values: &[f64]) ->
     }
     let whole = own.band.fit.powi(2) + own.band.parameters.powi(2) + own.band.misses.powi(2);
     let share = |variance: f64| if whole > 0.0 { variance / whole } else { 0.0 };
-    let parameters = uncertainty.parameters().zip(&of).map(|(p, of)| Share {
+    let parameters = uncertainty.parameters().zip(&of).map(|(p, of)| VarianceShare {
         name: p.name.to_owned(),
         share: share(of * own.band.parameters.powi(2)),
         is_assumed: p.origin == Origin::Assumed,
     });
     let others = [("fit", own.band.fit), ("what the model misses", own.band.misses)];
-    let others = others.map(|(name, deviation)| Share { name: name.into(), share: share(deviation.powi(2)), is_assumed: false });
-    let mut all: Vec<Share> = parameters.chain(others).collect();
+    let others = others.map(|(name, deviation)| VarianceShare { name: name.into(), share: share(deviation.powi(2)), is_assumed: false });
+    let mut all: Vec<VarianceShare> = parameters.chain(others).collect();
     all.sort_by(|a, b| b.share.total_cmp(&a.share));
     all
 }
 
 /// The point whose reading would tell most about a limit.
-fn settling(surrogate: &Surrogate<'_>, limit: usize, x: &[f64], values: &[f64]) -> Option<Settling> {
+fn settling(surrogate: &Surrogate<'_>, limit: usize, x: &[f64], values: &[f64]) -> Option<TellingReading> {
     let worth = |(p, point)| Some((surrogate.worth(limit, x, None, values, p, INSTRUMENT)?, point));
     let (share, point): (f64, coldplate_runtime::Point<'_>) =
         surrogate.points().enumerate().filter_map(worth).max_by(|a, b| a.0.total_cmp(&b.0))?;
     let unit = if matches!(point.unit, "degC" | "°C") { "K" } else { point.unit };
-    (share >= WORTH).then(|| Settling { point: point.name.to_owned(), deviation: INSTRUMENT, unit: unit.to_owned(), share })
+    (share >= WORTH).then(|| TellingReading { point: point.name.to_owned(), deviation: INSTRUMENT, unit: unit.to_owned(), share })
 }

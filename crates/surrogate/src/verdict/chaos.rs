@@ -21,7 +21,7 @@ const BLOCK: usize = 1024;
 
 /// Distribution that a column of unit numbers stands for.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Column {
+pub(super) enum ChaosColumn {
     /// Uniform between the ends.
     Even,
     /// Standard normal.
@@ -33,14 +33,14 @@ type Term = [(usize, usize); 2];
 
 /// The terms and, per term and quantity, the coefficients.
 pub(super) struct Chaos {
-    columns: Vec<Column>,
+    columns: Vec<ChaosColumn>,
     terms: Vec<Term>,
     coefficients: DMatrix<f64>,
 }
 
 impl Chaos {
     /// Fits `values` (one row per row of `shares`) by least squares.
-    pub(super) fn fit(columns: Vec<Column>, shares: &[Vec<f64>], values: &[Vec<f64>]) -> Result<Self> {
+    pub(super) fn fit(columns: Vec<ChaosColumn>, shares: &[Vec<f64>], values: &[Vec<f64>]) -> Result<Self> {
         let terms = terms(&columns);
         let quantities = values.first().map_or(0, Vec::len);
         let sums = shares.par_chunks(BLOCK).zip(values.par_chunks(BLOCK)).map(|(shares, values)| {
@@ -84,15 +84,15 @@ impl Chaos {
 }
 
 /// A constant, polynomials of each column, and products of two columns.
-fn terms(columns: &[Column]) -> Vec<Term> {
+fn terms(columns: &[ChaosColumn]) -> Vec<Term> {
     let mut terms = vec![[(0, 0); 2]];
     for (i, own) in columns.iter().enumerate() {
-        let highest = if *own == Column::Even { VARIABLE } else { PARAMETER };
+        let highest = if *own == ChaosColumn::Even { VARIABLE } else { PARAMETER };
         terms.extend((1..=highest).map(|degree| [(i, degree), (0, 0)]));
         for (j, other) in columns.iter().enumerate().skip(i + 1) {
             let (sum, most) = match (own, other) {
-                (Column::Even, Column::Even) => (TWO_VARIABLES, TWO_VARIABLES),
-                (Column::Normal, Column::Normal) => continue,
+                (ChaosColumn::Even, ChaosColumn::Even) => (TWO_VARIABLES, TWO_VARIABLES),
+                (ChaosColumn::Normal, ChaosColumn::Normal) => continue,
                 _ => (PARAMETER_AND_VARIABLE, 1),
             };
             // Variables come before parameters.
@@ -105,12 +105,12 @@ fn terms(columns: &[Column]) -> Vec<Term> {
 }
 
 /// Every term at a row of unit numbers.
-fn products(columns: &[Column], terms: &[Term], shares: &[f64]) -> Vec<f64> {
+fn products(columns: &[ChaosColumn], terms: &[Term], shares: &[f64]) -> Vec<f64> {
     let normal = Normal::standard();
     let powers: Vec<[f64; VARIABLE + 1]> = (columns.iter().zip(shares))
         .map(|(column, share)| match column {
-            Column::Even => legendre(2.0 * share - 1.0),
-            Column::Normal => hermite(normal.inverse_cdf(*share)),
+            ChaosColumn::Even => legendre(2.0 * share - 1.0),
+            ChaosColumn::Normal => hermite(normal.inverse_cdf(*share)),
         })
         .collect();
     terms.iter().map(|[(i, k), (j, l)]| powers[*i][*k] * powers[*j][*l]).collect()

@@ -57,7 +57,7 @@ impl Column {
 }
 
 /// The columns of a table of answers.
-pub struct Columns<'a> {
+pub struct AnswerColumns<'a> {
     surrogate: &'a Surrogate<'a>,
     chosen: Vec<Column>,
     half_widths: Vec<f64>,
@@ -69,13 +69,13 @@ pub struct Columns<'a> {
 
 /// Memory for the answer at one condition.
 #[derive(Debug, Default)]
-pub struct Room {
+pub struct AnswerMemory {
     values: Vec<f64>,
     bands: Vec<Band>,
 }
 
 /// The answer at one condition, for the columns to choose from.
-pub struct Answered<'r> {
+pub struct ConditionAnswer<'r> {
     label: Option<&'r str>,
     x: &'r [f64],
     values: &'r [f64],
@@ -88,7 +88,7 @@ pub struct Answered<'r> {
     in_domain: bool,
 }
 
-impl<'a> Columns<'a> {
+impl<'a> AnswerColumns<'a> {
     /// The columns that `names` lists, in that order; all if it is empty. A name is that of a column, with or without its
     /// unit, or one of `conditions`, `temperatures`, `bands` and `margins`; commas separate names. Numbers have `digits`
     /// significant digits, or all they need to come back bit for bit. Verdicts are given at the `confidence`.
@@ -132,7 +132,7 @@ impl<'a> Columns<'a> {
     }
 
     /// Evaluates the surrogate at `condition`.
-    pub fn answer<'r>(&self, label: Option<&'r str>, condition: &'r [f64], room: &'r mut Room) -> Answered<'r> {
+    pub fn answer<'r>(&self, label: Option<&'r str>, condition: &'r [f64], room: &'r mut AnswerMemory) -> ConditionAnswer<'r> {
         room.values.resize(self.half_widths.len(), 0.0);
         let (x, stated) = condition.split_at(self.surrogate.variable_count().min(condition.len()));
         let agrees = stated.iter().zip(&self.held).all(|(x, held)| x == held);
@@ -145,7 +145,7 @@ impl<'a> Columns<'a> {
         };
         // A `Batch` gives no condition of the wrong length.
         let (binding, state, in_domain, probability) = found.unwrap_or((None, Acceptability::Uncertain, false, f64::NAN));
-        Answered {
+        ConditionAnswer {
             label,
             x: condition,
             values: &room.values,
@@ -158,7 +158,7 @@ impl<'a> Columns<'a> {
     }
 
     /// Appends a row of a CSV file, with its line end.
-    pub fn csv(&self, answer: &Answered<'_>, out: &mut String) {
+    pub fn csv(&self, answer: &ConditionAnswer<'_>, out: &mut String) {
         for (i, column) in self.chosen.iter().enumerate() {
             if i > 0 {
                 out.push(',');
@@ -173,11 +173,11 @@ impl<'a> Columns<'a> {
     }
 
     /// The chosen columns of an answer as one flat JSON object.
-    pub fn object<'r>(&'r self, answer: &'r Answered<'r>) -> impl Serialize + 'r {
+    pub fn object<'r>(&'r self, answer: &'r ConditionAnswer<'r>) -> impl Serialize + 'r {
         Object { columns: self, answer }
     }
 
-    fn value<'r>(&'r self, cell: Cell, answer: &Answered<'r>) -> Value<'r> {
+    fn value<'r>(&'r self, cell: Cell, answer: &ConditionAnswer<'r>) -> Value<'r> {
         let of = |list: &[f64], i: usize| list.get(i).copied().unwrap_or(f64::NAN);
         match cell {
             Cell::Label => Value::Text(answer.label.unwrap_or("")),
@@ -193,7 +193,7 @@ impl<'a> Columns<'a> {
         }
     }
 
-    fn half_width(&self, answer: &Answered<'_>, point: usize) -> f64 {
+    fn half_width(&self, answer: &ConditionAnswer<'_>, point: usize) -> f64 {
         let own = self.half_widths.get(point).copied().unwrap_or(f64::NAN);
         answer.bands.get(point).map_or(own, |band| band.half_width())
     }
@@ -221,8 +221,8 @@ enum Value<'r> {
 }
 
 struct Object<'r, 'a> {
-    columns: &'r Columns<'a>,
-    answer: &'r Answered<'r>,
+    columns: &'r AnswerColumns<'a>,
+    answer: &'r ConditionAnswer<'r>,
 }
 
 impl Serialize for Object<'_, '_> {

@@ -5,6 +5,7 @@
 
 use coldplate_runtime::{Held, Surrogate, Variable};
 
+use coldplate_base::condition;
 use coldplate_base::error::{Error, Result, did_you_mean};
 use coldplate_base::units::{self, Dimension};
 
@@ -141,13 +142,8 @@ pub fn number_in(variable: &Variable<'_>, number: f64, unit: &str) -> Result<f64
 /// # Errors
 /// The surrogate gives the variable a unit that is unknown here.
 pub fn dimension_of(variable: &Variable<'_>) -> Result<Dimension> {
-    let named = match variable.name {
-        "coolant_flow" => Some(Dimension::VOLUME_FLOW),
-        "coolant_temperature" | "ambient_temperature" => Some(Dimension::TEMPERATURE),
-        "motor_speed" => Some(Dimension::ANGULAR_SPEED),
-        name if name.contains("temperature") => Some(Dimension::TEMPERATURE),
-        _ => None,
-    };
+    let usual = condition::VARIABLES.iter().find(|usual| usual.name == variable.name).map(|usual| usual.dimension);
+    let named = usual.or_else(|| variable.name.contains("temperature").then_some(Dimension::TEMPERATURE));
     match named.filter(|d| units::convert(1.0, variable.unit, *d).is_ok()) {
         Some(dimension) => Ok(dimension),
         None => units::dimension_of(variable.unit).map_err(|e| e.at_key(variable.name)),

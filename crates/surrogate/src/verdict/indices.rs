@@ -15,7 +15,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, Normal};
 
-use super::chaos::{Chaos, Column};
+use super::chaos::{Chaos, ChaosColumn};
 use coldplate_base::error::{Error, Result};
 use coldplate_base::random::Random;
 
@@ -28,13 +28,13 @@ const BANDS: usize = 1024;
 /// indices.
 const CORRELATED: f64 = 0.01;
 
-/// Indices of all points and limits.
+/// Sobol indices of all points and limits.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
-pub struct Indices {
+pub struct SobolIndices {
     /// Factors that were varied.
     pub factors: Vec<Factor>,
     /// One per measurement point, then one per limit.
-    pub quantities: Vec<Quantity>,
+    pub quantities: Vec<QuantityIndices>,
     /// Largest standard error of any index.
     pub error: f64,
 }
@@ -50,7 +50,7 @@ pub struct Factor {
 
 /// A point or limit with its indices.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
-pub struct Quantity {
+pub struct QuantityIndices {
     /// Name of the point or limit.
     pub name: String,
     /// Whether it is a limited quantity.
@@ -58,22 +58,22 @@ pub struct Quantity {
     /// Standard deviation over everything, in the point's unit.
     pub deviation: f64,
     /// One index per factor.
-    pub indices: Vec<Index>,
+    pub indices: Vec<SobolIndex>,
 }
 
-/// Indices of a factor for a quantity, as shares of the quantity's variance.
+/// Sobol indices of a factor for a quantity, as shares of the quantity's variance.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
-pub struct Index {
+pub struct SobolIndex {
     /// Share of the variance that would go if the factor were known.
     pub first_order: f64,
     /// Share that would be left if all others were known.
     pub total: f64,
 }
 
-impl Quantity {
+impl QuantityIndices {
     /// Factors by their total index, the largest first, down to `least`.
-    pub fn ranked<'a>(&'a self, factors: &'a [Factor], least: f64) -> Vec<(&'a Factor, Index)> {
-        let mut list: Vec<(&Factor, Index)> =
+    pub fn ranked<'a>(&'a self, factors: &'a [Factor], least: f64) -> Vec<(&'a Factor, SobolIndex)> {
+        let mut list: Vec<(&Factor, SobolIndex)> =
             factors.iter().zip(self.indices.iter().copied()).filter(|(_, own)| own.total >= least).collect();
         list.sort_by(|a, b| b.1.total.total_cmp(&a.1.total));
         list
@@ -96,10 +96,10 @@ enum Drawn {
 }
 
 impl Drawn {
-    fn columns(&self) -> Vec<Column> {
+    fn columns(&self) -> Vec<ChaosColumn> {
         match self {
-            Self::Variable { .. } => vec![Column::Even],
-            Self::Parameters { members, .. } => vec![Column::Normal; members.len()],
+            Self::Variable { .. } => vec![ChaosColumn::Even],
+            Self::Parameters { members, .. } => vec![ChaosColumn::Normal; members.len()],
         }
     }
 
@@ -125,12 +125,12 @@ impl Drawn {
     }
 }
 
-/// Indices over the fitted ranges of the variables without a value in `x`, and over the parameters. The other variables keep
+/// Sobol indices over the fitted ranges of the variables without a value in `x`, and over the parameters. The other variables keep
 /// the value in `x`.
 ///
 /// # Errors
 /// A condition of wrong length; nothing that varies.
-pub fn indices(surrogate: &Surrogate<'_>, x: &[Option<f64>]) -> Result<Indices> {
+pub fn indices(surrogate: &Surrogate<'_>, x: &[Option<f64>]) -> Result<SobolIndices> {
     let varied = surrogate.variable_count();
     if x.len() < varied {
         return Err(Error::input("a condition of this surrogate has another number of values").read(x.len()));
@@ -167,11 +167,11 @@ pub fn indices(surrogate: &Surrogate<'_>, x: &[Option<f64>]) -> Result<Indices> 
     let quantities = names.enumerate().map(|(q, (name, is_limit))| {
         let (deviation, indices, own_error) = sample.shares(q);
         error = error.max(own_error);
-        Quantity { name: name.to_owned(), is_limit, deviation, indices }
+        QuantityIndices { name: name.to_owned(), is_limit, deviation, indices }
     });
     let quantities = quantities.collect();
     factors.extend(["what the model misses", "fit"].map(|name| Factor { name: name.into(), is_assumed: false }));
-    Ok(Indices { factors, quantities, error })
+    Ok(SobolIndices { factors, quantities, error })
 }
 
 /// Standard error of the mean of some numbers.
@@ -312,11 +312,12 @@ struct Sample {
 impl Sample {
     /// Standard deviation of a quantity, its indices, and their largest standard error. There is one index per factor drawn,
     /// then one for the model error, then one for the fit.
-    fn shares(&self, q: usize) -> (f64, Vec<Index>, f64) {
+    fn shares(&self, q: usize) -> (f64, Vec<SobolIndex>, f64) {
         let rows = ROWS as f64;
         let left = self.left.iter().map(|row| row[q].powi(2)).sum::<f64>() / rows;
         let drawn = self.chaos.variances(q, &(0..self.width)).0 + left;
-        // An error of deviation s(x) adds s(x) e: its own share is that of the mean of s, its whole share that of the mean of s².
+        // An error of deviation s(x) adds s(x) e: its first-order share is that of the mean of s, its total share that of the
+        // mean of s².
         let errors = [|band: &Band| band.misses, |band: &Band| band.fit].map(|of| {
             let mean = |of: &dyn Fn(&Band) -> f64| self.beside.iter().map(|bands| of(&bands[q])).sum::<f64>() / self.beside.len() as f64;
             (mean(&|band| of(band)).powi(2), mean(&|band| of(band).powi(2)))
@@ -327,7 +328,7 @@ impl Sample {
         let mut indices = Vec::with_capacity(self.crossed.len() + errors.len());
         for own in &self.crossed {
             if !own.moves[q] {
-                indices.push(Index { first_order: 0.0, total: 0.0 });
+                indices.push(SobolIndex { first_order: 0.0, total: 0.0 });
                 continue;
             }
             let (alone, any) = self.chaos.variances(q, &own.range);
@@ -340,9 +341,9 @@ impl Sample {
             let of_coefficients = 2.0 * (share(any) * share(left) / rows).sqrt();
             error = error.max(share(scatter(half_squares).max(scatter(products))).hypot(of_coefficients));
             let total = share(any + not_fitted);
-            indices.push(Index { first_order: share(alone + not_fitted_alone).clamp(0.0, total), total });
+            indices.push(SobolIndex { first_order: share(alone + not_fitted_alone).clamp(0.0, total), total });
         }
-        indices.extend(errors.map(|(first, total)| Index { first_order: share(first), total: share(total) }));
+        indices.extend(errors.map(|(first, total)| SobolIndex { first_order: share(first), total: share(total) }));
         (variance.sqrt(), indices, error)
     }
 }

@@ -9,7 +9,7 @@
 use coldplate_runtime::{CONFIDENCE, Surrogate};
 
 use super::slack::Slack;
-use super::{Answer, Outside, condition, query_at};
+use super::{OutOfRange, SurrogateAnswer, condition, query_at};
 use coldplate_base::error::{Error, Result};
 
 /// Number of intervals of the scan over the fitted range. Chosen: twelve, the highest degree of a polynomial, would
@@ -28,7 +28,7 @@ pub enum Inverse {
         /// Every value from `smallest` to this one is acceptable.
         until: f64,
         /// The answer at `smallest`.
-        answer: Answer,
+        answer: SurrogateAnswer,
     },
     /// No value in the fitted range makes it acceptable.
     Nowhere {
@@ -39,10 +39,10 @@ pub enum Inverse {
         /// Excess of the upper end of the limit's band over the limit there, in the limit's unit.
         excess: f64,
         /// The answer at `best`.
-        answer: Answer,
+        answer: SurrogateAnswer,
     },
     /// The other variables lie outside the fitted range, where nothing is acceptable for sure.
-    OutsideRange(Vec<Outside>),
+    OutsideRange(Vec<OutOfRange>),
 }
 
 /// The smallest value of variable `free` in its fitted range that makes the condition acceptable, the

@@ -30,14 +30,14 @@ pub mod update;
 pub use coldplate_runtime::{Acceptability, LimitKind, Surrogate};
 pub use condition::condition;
 pub use inverse::{Inverse, free, free_within};
-pub use optimum::{Free, Objective, Optimum, Sense, best};
+pub use optimum::{FreeVariable, Objective, Optimum, Sense, best};
 pub use trade_off::{TradeOff, trade_off};
 
 use coldplate_runtime::{Band, CONFIDENCE, NINETY_FIVE};
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::fit::model::Held;
+use super::fit::model::HeldSpec;
 use coldplate_base::error::{Error, Result};
 
 /// The value of a measurement point, with the band that covers 95 % of conditions inside the range.
@@ -103,7 +103,7 @@ pub struct LimitAnswer {
 
 /// A variable outside the range the surrogate was fitted on.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
-pub struct Outside {
+pub struct OutOfRange {
     /// Name of the variable.
     #[serde(rename = "variable")]
     pub name: String,
@@ -119,11 +119,11 @@ pub struct Outside {
 
 /// Everything there is to say about one condition.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Answer {
+pub struct SurrogateAnswer {
     /// The condition: one value per variable of the surrogate, and one per variable that was held, in their units.
     pub condition: Vec<f64>,
     /// The variables that were held while the surrogate was made; the answer holds for these values only.
-    pub held: Vec<Held>,
+    pub held: Vec<HeldSpec>,
     /// One per measurement point.
     pub temperatures: Vec<Temperature>,
     /// One per limit.
@@ -135,7 +135,7 @@ pub struct Answer {
     /// True if every variable lies within its fitted range, and every held one has the value it was held at.
     pub in_domain: bool,
     /// The variables outside their range, or not at the value they were held at.
-    pub outside: Vec<Outside>,
+    pub outside: Vec<OutOfRange>,
     /// Probability of the verdict and the contributions that decide it, if the surrogate has uncertainty.
     pub chance: Option<ChanceAnswer>,
 }
@@ -148,15 +148,15 @@ pub struct ChanceAnswer {
     /// The probability that was asked for.
     pub confidence: f64,
     /// Parts of the variance of the limit that decides, the largest share first: parameters, the fit, and the model error.
-    pub deciding: Vec<Share>,
+    pub deciding: Vec<VarianceShare>,
     /// The point whose reading at this condition would tell most about that limit, if any would.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub would_settle: Option<Settling>,
+    pub would_settle: Option<TellingReading>,
 }
 
 /// A share of a variance.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
-pub struct Share {
+pub struct VarianceShare {
     /// Key of a parameter, name of a factor, `fit`, or `what the model misses`.
     pub name: String,
     /// Share of the variance; shares of correlated parameters may be negative.
@@ -167,7 +167,7 @@ pub struct Share {
 
 /// A reading that would tell much.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
-pub struct Settling {
+pub struct TellingReading {
     /// The point.
     pub point: String,
     /// Standard deviation of the instrument that is assumed.
@@ -178,7 +178,7 @@ pub struct Settling {
     pub share: f64,
 }
 
-impl Answer {
+impl SurrogateAnswer {
     /// Name of the limit that decides.
     pub fn binding_name(&self) -> Option<&str> {
         self.binding.and_then(|i| self.limits.get(i)).map(|l| l.name.as_str())
@@ -190,7 +190,7 @@ impl Answer {
 ///
 /// # Errors
 /// The number of values in `x` is not that of the variables, with or without the held ones.
-pub fn query(surrogate: &Surrogate<'_>, x: &[f64]) -> Result<Answer> {
+pub fn query(surrogate: &Surrogate<'_>, x: &[f64]) -> Result<SurrogateAnswer> {
     query_at(surrogate, x, CONFIDENCE)
 }
 
@@ -199,7 +199,7 @@ pub fn query(surrogate: &Surrogate<'_>, x: &[f64]) -> Result<Answer> {
 ///
 /// # Errors
 /// Errors of [`query`].
-pub fn query_at(surrogate: &Surrogate<'_>, x: &[f64], confidence: f64) -> Result<Answer> {
+pub fn query_at(surrogate: &Surrogate<'_>, x: &[f64], confidence: f64) -> Result<SurrogateAnswer> {
     let mut values = vec![0.0; surrogate.point_count()];
     let (x, stated) = split(surrogate, x);
     let outside = outside(surrogate, x, stated);
@@ -245,9 +245,9 @@ pub fn query_at(surrogate: &Surrogate<'_>, x: &[f64], confidence: f64) -> Result
     if !outside.is_empty() {
         (in_domain, state) = (false, Acceptability::Uncertain);
     }
-    let held: Vec<Held> =
-        surrogate.held().map(|held| Held { name: held.name.to_owned(), unit: held.unit.to_owned(), value: held.value }).collect();
-    Ok(Answer {
+    let held: Vec<HeldSpec> =
+        surrogate.held().map(|held| HeldSpec { name: held.name.to_owned(), unit: held.unit.to_owned(), value: held.value }).collect();
+    Ok(SurrogateAnswer {
         condition: x.iter().chain(stated).copied().chain(held.iter().map(|held| held.value).skip(stated.len())).collect(),
         held,
         temperatures: temperatures.collect(),
@@ -267,11 +267,11 @@ fn split<'x>(surrogate: &Surrogate<'_>, x: &'x [f64]) -> (&'x [f64], &'x [f64]) 
 }
 
 /// The variables of `x` that lie outside their fitted ranges, and those of `stated` that were held at another value.
-fn outside(surrogate: &Surrogate<'_>, x: &[f64], stated: &[f64]) -> Vec<Outside> {
+fn outside(surrogate: &Surrogate<'_>, x: &[f64], stated: &[f64]) -> Vec<OutOfRange> {
     let all = condition::variables(surrogate);
     let (varied, held) = all.split_at(surrogate.variable_count().min(x.len()));
     let values = varied.iter().zip(x).chain(held.iter().zip(stated)).filter(|(v, x)| !(v.low..=v.high).contains(*x));
-    values.map(|(v, x)| Outside { name: v.name.to_owned(), unit: v.unit.to_owned(), value: *x, low: v.low, high: v.high }).collect()
+    values.map(|(v, x)| OutOfRange { name: v.name.to_owned(), unit: v.unit.to_owned(), value: *x, low: v.low, high: v.high }).collect()
 }
 
 /// Unit of the limited quantity.

@@ -11,9 +11,9 @@ use cobyla::{RhoBeg, StopTols, minimize};
 use coldplate_runtime::{Surrogate, Variable};
 
 use super::slack::{Distance, Slack};
-use super::{Answer, Outside, condition, query_at};
+use super::{OutOfRange, SurrogateAnswer, condition, query_at};
 use coldplate_base::error::{Error, Location, Result};
-use coldplate_base::formula::{Formula, Names, Values, suffix};
+use coldplate_base::formula::{Formula, FormulaNames, FormulaValues, suffix};
 use coldplate_base::random::Random;
 use coldplate_base::units::Dimension;
 
@@ -58,7 +58,7 @@ pub enum Sense {
 
 /// A variable that may be chosen, between two values in its unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Free {
+pub struct FreeVariable {
     /// Index among the surrogate's variables.
     pub index: usize,
     /// Smallest value that may be chosen.
@@ -82,15 +82,15 @@ pub enum Optimum {
         /// Value of the formula there.
         value: f64,
         /// Temperatures and verdict there, with the chosen condition.
-        answer: Answer,
+        answer: SurrogateAnswer,
     },
     /// No condition in the ranges is acceptable.
     Nowhere {
         /// The answer at the condition that comes closest.
-        answer: Answer,
+        answer: SurrogateAnswer,
     },
     /// The other variables lie outside the fitted range, where nothing is acceptable for sure.
-    OutsideRange(Vec<Outside>),
+    OutsideRange(Vec<OutOfRange>),
 }
 
 /// A name of the surrogate as formulas know it: `coolant_flow_L_min`, `Y_motor_degC`.
@@ -116,7 +116,7 @@ impl Objective {
     /// # Errors
     /// The text is no formula, or has other names.
     pub fn parse(surrogate: &Surrogate<'_>, sense: Sense, text: &str) -> Result<Self> {
-        let mut known = Names::default();
+        let mut known = FormulaNames::default();
         for (place, name) in names(surrogate).iter().enumerate() {
             // Names that no formula can contain, and the second of two equal ones, keep their place under a name that nobody
             // writes.
@@ -148,7 +148,7 @@ impl Objective {
         let varied = x.get(..surrogate.variable_count()).unwrap_or(x);
         let margins = (0..surrogate.limit_count()).filter_map(|i| surrogate.limit_value(i, varied, values)).map(|l| l.margin);
         let margin = margins.fold(f64::INFINITY, f64::min);
-        self.formula.evaluate(&Values(x.iter().chain(values).copied().chain([margin]).collect())).ok()
+        self.formula.evaluate(&FormulaValues(x.iter().chain(values).copied().chain([margin]).collect())).ok()
     }
 }
 
@@ -158,7 +158,7 @@ impl Objective {
 /// # Errors
 /// A free variable that does not exist, was held fixed or is named twice, bounds outside its fitted range, a surrogate without
 /// limits, a condition of wrong length, a formula that is a number nowhere.
-pub fn best(surrogate: &Surrogate<'_>, x: &[f64], free: &[Free], objective: &Objective, confidence: f64) -> Result<Optimum> {
+pub fn best(surrogate: &Surrogate<'_>, x: &[f64], free: &[FreeVariable], objective: &Objective, confidence: f64) -> Result<Optimum> {
     let variables = condition::variables(surrogate);
     if surrogate.limit_count() == 0 {
         return Err(Error::input("this surrogate holds no limits, so nothing says what is acceptable"));
@@ -193,7 +193,7 @@ pub fn best(surrogate: &Surrogate<'_>, x: &[f64], free: &[Free], objective: &Obj
 }
 
 /// Whether a variable may be free between these values.
-pub(super) fn check(free: &Free, surrogate: &Surrogate<'_>, variables: &[Variable<'_>]) -> Result<()> {
+pub(super) fn check(free: &FreeVariable, surrogate: &Surrogate<'_>, variables: &[Variable<'_>]) -> Result<()> {
     let Some(variable) = variables.get(free.index) else {
         return Err(Error::input("this surrogate has no such variable").read(free.index));
     };
@@ -223,7 +223,7 @@ struct Place {
 struct Search<'a, 'b> {
     surrogate: &'a Surrogate<'b>,
     x: Vec<f64>,
-    free: &'a [Free],
+    free: &'a [FreeVariable],
     objective: &'a Objective,
     judge: RefCell<Slack<'a, 'b>>,
 }

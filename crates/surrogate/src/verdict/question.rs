@@ -9,11 +9,11 @@ use schemars::JsonSchema;
 use serde::de::{Deserializer, MapAccess, Visitor};
 use serde::{Deserialize, Serialize};
 
-use super::indices::{self, Indices};
+use super::indices::{self, SobolIndices};
 use super::record::{QueryRecord, TradeOffRecord};
-use super::stated::{self, Given};
+use super::stated::{self, StatedValue};
 use super::trade_off::{self, TradeOff};
-use super::{Answer, Free, Inverse, Objective, Optimum, Sense, best, condition, free_within, query_at};
+use super::{FreeVariable, Inverse, Objective, Optimum, Sense, SurrogateAnswer, best, condition, free_within, query_at};
 use coldplate_base::error::{Error, Result};
 
 /// A question: a condition, and possibly a search for values that make it acceptable.
@@ -23,7 +23,7 @@ pub struct Question {
     /// Variables, held ones and parameters by name, as `"coolant_flow": "9.42 L/min"` or `"coolant_flow [L/min]": 9.42`.
     #[serde(default, deserialize_with = "given")]
     #[schemars(with = "BTreeMap<String, Stated>", extend("default" = {}))]
-    pub condition: Vec<Given>,
+    pub condition: Vec<StatedValue>,
     /// Probability with which a verdict is said: above 0.5, below 1.
     #[serde(default = "usual_confidence")]
     #[schemars(extend("exclusiveMinimum" = 0.5, "exclusiveMaximum" = 1.0))]
@@ -63,10 +63,10 @@ fn usual_confidence() -> f64 {
 }
 
 /// The pairs of an object in their order, so that a name given twice is seen.
-fn given<'de, D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Vec<Given>, D::Error> {
+fn given<'de, D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Vec<StatedValue>, D::Error> {
     struct Pairs;
     impl<'de> Visitor<'de> for Pairs {
-        type Value = Vec<Given>;
+        type Value = Vec<StatedValue>;
 
         fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
             f.write_str("an object of names and values")
@@ -91,19 +91,19 @@ fn given<'de, D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Vec<
 
 /// The reply to a question.
 #[derive(Debug, Clone)]
-pub enum Reply {
+pub enum QuestionReply {
     /// The answer at the condition.
-    At(Answer),
+    At(SurrogateAnswer),
     /// The smallest acceptable value of one variable, and the answer there, or the answer to a plain query if the
     /// condition lies outside the fitted range.
-    Smallest(Free, Inverse, Answer),
+    Smallest(FreeVariable, Inverse, SurrogateAnswer),
     /// The smallest acceptable values of the first variable for values of the second, and the answer to a plain query
     /// at the ends of both.
-    Exchanged([Free; 2], TradeOff, Answer),
+    Exchanged([FreeVariable; 2], TradeOff, SurrogateAnswer),
     /// The best acceptable condition, and the answer to a plain query if nothing was chosen.
-    Best(Objective, Vec<Free>, Optimum, Answer),
+    Best(Objective, Vec<FreeVariable>, Optimum, SurrogateAnswer),
     /// Shares of variables and uncertain numbers in the variance.
-    Indices(Indices),
+    Indices(SobolIndices),
 }
 
 /// A reply as outside programs read it.
@@ -112,7 +112,7 @@ pub enum Reply {
 #[allow(missing_docs)]
 pub enum ReplyRecord {
     Query(Box<QueryRecord>),
-    Indices(Indices),
+    Indices(SobolIndices),
 }
 
 impl Question {
@@ -131,7 +131,7 @@ impl Question {
     /// # Errors
     /// Questions that exclude each other; a wrong, doubled or missing variable; a value without its unit; a formula that cannot
     /// be read; errors of the searches.
-    pub fn ask(&self, surrogate: &Surrogate<'_>) -> Result<Reply> {
+    pub fn ask(&self, surrogate: &Surrogate<'_>) -> Result<QuestionReply> {
         if !(self.confidence > 0.5 && self.confidence < 1.0) {
             return Err(Error::input("a probability above 0.5 and below 1 is wanted, for example 0.95")
                 .at_key("confidence")
@@ -144,15 +144,15 @@ impl Question {
         }
         if self.indices {
             let open = condition::varied(surrogate, condition::partial(surrogate, &self.condition)?)?;
-            return indices::indices(surrogate, &open).map(Reply::Indices);
+            return indices::indices(surrogate, &open).map(QuestionReply::Indices);
         }
         if self.is_open() {
             return self.choose(surrogate);
         }
-        query_at(surrogate, &condition::condition(surrogate, &self.condition)?, self.confidence).map(Reply::At)
+        query_at(surrogate, &condition::condition(surrogate, &self.condition)?, self.confidence).map(QuestionReply::At)
     }
 
-    fn choose(&self, surrogate: &Surrogate<'_>) -> Result<Reply> {
+    fn choose(&self, surrogate: &Surrogate<'_>) -> Result<QuestionReply> {
         let aim = |sense, formula, key: &str| Objective::parse(surrogate, sense, formula).map_err(|e| e.at_key(key)).map(Some);
         let aim = match (&self.minimise, &self.maximise) {
             (Some(_), Some(_)) => return Err(Error::input("one formula is made smallest, or largest").at_key("minimise, maximise")),
@@ -165,7 +165,7 @@ impl Question {
         if free.is_empty() {
             // Without `free`, all variables that are not given are free.
             let open = (0..surrogate.variable_count()).filter(|index| x.get(*index).is_some_and(Option::is_none));
-            free.extend(open.filter_map(|index| surrogate.variable(index).map(|v| Free { index, low: v.low, high: v.high })));
+            free.extend(open.filter_map(|index| surrogate.variable(index).map(|v| FreeVariable { index, low: v.low, high: v.high })));
             if free.is_empty() {
                 return Err(Error::input("no variable is free")
                     .at_key("--free")
@@ -179,7 +179,7 @@ impl Question {
         match (aim, free.as_slice()) {
             (Some(aim), _) => {
                 let found = best(surrogate, &x, &free, &aim, self.confidence)?;
-                Ok(Reply::Best(aim, free, found, query_at(surrogate, &x, self.confidence)?))
+                Ok(QuestionReply::Best(aim, free, found, query_at(surrogate, &x, self.confidence)?))
             }
             (None, [only]) => {
                 let found = free_within(surrogate, &x, only.index, Some((only.low, only.high)), self.confidence)?;
@@ -187,11 +187,11 @@ impl Question {
                     Inverse::Found { answer, .. } | Inverse::Nowhere { answer, .. } => answer.clone(),
                     Inverse::OutsideRange(_) => query_at(surrogate, &x, self.confidence)?,
                 };
-                Ok(Reply::Smallest(*only, found, answer))
+                Ok(QuestionReply::Smallest(*only, found, answer))
             }
             (None, [first, second]) => {
                 let found = trade_off::trade_off(surrogate, &x, *first, *second, self.confidence)?;
-                Ok(Reply::Exchanged([*first, *second], found, query_at(surrogate, &x, self.confidence)?))
+                Ok(QuestionReply::Exchanged([*first, *second], found, query_at(surrogate, &x, self.confidence)?))
             }
             (None, _) => Err(Error::input("of three free variables and more nothing says which is to be small")
                 .at_key("--free")
@@ -200,7 +200,7 @@ impl Question {
     }
 }
 
-impl Reply {
+impl QuestionReply {
     /// The reply for other programs.
     pub fn record(&self, surrogate: &Surrogate<'_>) -> ReplyRecord {
         let record = match self {
@@ -219,13 +219,13 @@ impl Reply {
 }
 
 /// A free variable as it is to be shown: with the bounds in place of the fitted range, if some are given.
-pub fn shown<'a>(surrogate: &Surrogate<'a>, free: Free) -> Variable<'a> {
+pub fn shown<'a>(surrogate: &Surrogate<'a>, free: FreeVariable) -> Variable<'a> {
     let fitted = condition::variables(surrogate)[free.index];
     Variable { low: free.low, high: free.high, ..fitted }
 }
 
 /// `NAME` or `NAME=LOW..HIGH`.
-fn asked_for(surrogate: &Surrogate<'_>, asked: &str, x: &[Option<f64>]) -> Result<Free> {
+fn asked_for(surrogate: &Surrogate<'_>, asked: &str, x: &[Option<f64>]) -> Result<FreeVariable> {
     let (name, bounds) = asked.split_once('=').map_or((asked, None), |(name, bounds)| (name, Some(bounds)));
     let index = condition::index_of(surrogate, name)?;
     let fitted = condition::variables(surrogate)[index];
@@ -236,7 +236,7 @@ fn asked_for(surrogate: &Surrogate<'_>, asked: &str, x: &[Option<f64>]) -> Resul
     }
     let bounds = bounds.map(|text| bounds_of(&fitted, text).map_err(|e| e.at_key(name).read(asked))).transpose()?;
     let (low, high) = bounds.unwrap_or((fitted.low, fitted.high));
-    Ok(Free { index, low, high })
+    Ok(FreeVariable { index, low, high })
 }
 
 /// `LOW..HIGH`: numbers with their unit, or in the variable's.
@@ -253,7 +253,7 @@ fn bounds_of(variable: &Variable<'_>, text: &str) -> Result<(f64, f64)> {
 /// One question about many conditions.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Batch {
+pub struct BatchQuestion {
     /// The conditions, each as in a question.
     #[schemars(length(min = 1))]
     pub conditions: Vec<BatchCondition>,
@@ -269,7 +269,7 @@ pub struct Batch {
 pub struct BatchCondition(
     #[serde(deserialize_with = "given")]
     #[schemars(with = "BTreeMap<String, Stated>")]
-    pub Vec<Given>,
+    pub Vec<StatedValue>,
 );
 
 /// The answers to many conditions, in their order.

@@ -5,11 +5,12 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::ser::{Serialize, SerializeMap, Serializer};
 
-use super::batch::Row;
+use super::batch::BatchRow;
 use super::condition;
 use super::trade_off::Exchange;
 use super::{
-    Acceptability, Answer, BandParts, ChanceAnswer, Free, Inverse, LimitAnswer, Objective, Optimum, Outside, Sense, Surrogate, Temperature,
+    Acceptability, BandParts, ChanceAnswer, FreeVariable, Inverse, LimitAnswer, Objective, Optimum, OutOfRange, Sense, Surrogate,
+    SurrogateAnswer, Temperature,
 };
 use coldplate_base::units::celsius;
 
@@ -18,7 +19,7 @@ use coldplate_base::units::celsius;
 #[non_exhaustive]
 #[allow(missing_docs)]
 pub struct QueryRecord {
-    pub temperatures: BTreeMap<String, PointRecord>,
+    pub temperatures: BTreeMap<String, PointAnswerRecord>,
     pub verdict: &'static str,
     pub limits: Vec<LimitAnswer>,
     /// Name of the limit that decides.
@@ -32,7 +33,7 @@ pub struct QueryRecord {
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub held: BTreeMap<String, ValueRecord>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub outside: Vec<Outside>,
+    pub outside: Vec<OutOfRange>,
     /// The answer to the inverse question, if it was asked.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub free: Option<FreeRecord>,
@@ -50,7 +51,7 @@ pub struct QueryRecord {
 /// The value of a point under the name of its unit, and its band. Kelvins are given in degC.
 #[derive(Debug, Clone, serde::Serialize, JsonSchema)]
 #[allow(missing_docs)]
-pub struct PointRecord {
+pub struct PointAnswerRecord {
     #[serde(flatten)]
     #[schemars(with = "BTreeMap<String, f64>")]
     pub value: InUnit,
@@ -169,11 +170,11 @@ pub fn code(verdict: Acceptability) -> &'static str {
     }
 }
 
-impl Answer {
+impl SurrogateAnswer {
     /// The answer for other programs.
     pub fn record(&self) -> QueryRecord {
         QueryRecord {
-            temperatures: self.temperatures.iter().map(|point| (point.name.clone(), PointRecord::of(point))).collect(),
+            temperatures: self.temperatures.iter().map(|point| (point.name.clone(), PointAnswerRecord::of(point))).collect(),
             verdict: code(self.verdict),
             limits: self.limits.clone(),
             binding: self.binding_name().map(str::to_owned),
@@ -189,7 +190,7 @@ impl Answer {
     }
 
     /// The answer to a row of a table of conditions, for other programs.
-    pub fn record_of_row(&self, surrogate: &Surrogate<'_>, row: &Row) -> QueryRecord {
+    pub fn record_of_row(&self, surrogate: &Surrogate<'_>, row: &BatchRow) -> QueryRecord {
         let value =
             |(v, x): (coldplate_runtime::Variable<'_>, &f64)| (v.name.to_owned(), ValueRecord { value: *x, unit: v.unit.to_owned() });
         let condition = condition::variables(surrogate).into_iter().zip(&row.condition).map(value).collect();
@@ -200,7 +201,7 @@ impl Answer {
 impl Inverse {
     /// The answer to the inverse question on `variable`, for other programs. `answer` is the one at the value found, or
     /// that of a plain query outside the fitted range.
-    pub fn record(&self, variable: &coldplate_runtime::Variable<'_>, answer: &Answer) -> QueryRecord {
+    pub fn record(&self, variable: &coldplate_runtime::Variable<'_>, answer: &SurrogateAnswer) -> QueryRecord {
         let free = FreeRecord { variable: variable.name.to_owned(), unit: variable.unit.to_owned(), ..FreeRecord::default() };
         let record = answer.record();
         match self {
@@ -224,7 +225,13 @@ impl Inverse {
 impl Optimum {
     /// The answer for other programs. `free` are the variables that were chosen, `outside` is the answer of a plain
     /// query outside the fitted range.
-    pub fn record(&self, surrogate: &Surrogate<'_>, objective: &Objective, free: &[Free], outside: &Answer) -> QueryRecord {
+    pub fn record(
+        &self,
+        surrogate: &Surrogate<'_>,
+        objective: &Objective,
+        free: &[FreeVariable],
+        outside: &SurrogateAnswer,
+    ) -> QueryRecord {
         let (answer, value) = match self {
             Self::Found { answer, value } => (answer, Some(*value)),
             Self::Nowhere { answer } => (answer, None),
@@ -262,7 +269,7 @@ impl TradeOffRecord {
     }
 }
 
-impl PointRecord {
+impl PointAnswerRecord {
     fn of(point: &Temperature) -> Self {
         let values = [point.value, point.low, point.high];
         let (unit, [value, low, high]) = match point.unit.as_str() {

@@ -1,4 +1,4 @@
-//! How far a condition is from the border of what is acceptable.
+//! Distance of a condition from the border of the acceptable ones.
 
 use coldplate_runtime::{Band, Surrogate};
 use statrs::distribution::{ContinuousCDF, Normal};
@@ -18,7 +18,7 @@ pub(super) struct Slack<'a, 'b> {
     confidence: f64,
 }
 
-/// A condition's distance from the border of what is acceptable.
+/// A condition's distance from the border of the acceptable ones.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Distance {
     /// Slack: not negative where the condition is acceptable; minus infinity where a limit has no finite value.

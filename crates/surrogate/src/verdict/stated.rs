@@ -6,12 +6,12 @@ use coldplate_runtime::{Belief, Parameter, Surrogate, Variable};
 
 use super::condition;
 use crate::fit::file;
-use crate::fit::model::States;
+use crate::fit::model::StateDistribution;
 use coldplate_base::error::{Error, Result};
 use coldplate_base::numbers::significant;
 
 /// A stated value: a name, and a value with its unit.
-pub type Given = (String, String);
+pub type StatedValue = (String, String);
 
 /// Whether a name is that of an uncertain parameter of a surrogate.
 pub fn is_parameter(surrogate: &Surrogate<'_>, name: &str) -> bool {
@@ -19,7 +19,7 @@ pub fn is_parameter(surrogate: &Surrogate<'_>, name: &str) -> bool {
 }
 
 /// Whether stated values make another surrogate: one is for a parameter, or for a variable that was held.
-pub fn changes(surrogate: &Surrogate<'_>, given: &[Given]) -> bool {
+pub fn changes(surrogate: &Surrogate<'_>, given: &[StatedValue]) -> bool {
     let is_held = |name: &str| surrogate.held().any(|held| held.name == name.trim() || held.name == name.trim().replace('-', "_"));
     given.iter().any(|(name, _)| is_parameter(surrogate, name) || is_held(name))
 }
@@ -29,12 +29,12 @@ pub fn changes(surrogate: &Surrogate<'_>, given: &[Given]) -> bool {
 ///
 /// # Errors
 /// Errors of [`with_stated`] and [`with_moved`].
-pub fn with_known<'b>(bytes: &'b [u8], given: &[Given]) -> Result<(Cow<'b, [u8]>, Vec<Given>)> {
+pub fn with_known<'b>(bytes: &'b [u8], given: &[StatedValue]) -> Result<(Cow<'b, [u8]>, Vec<StatedValue>)> {
     let opened = file::open(bytes)?;
     if !changes(&opened, given) {
         return Ok((Cow::Borrowed(bytes), given.to_vec()));
     }
-    let (stated, given): (Vec<Given>, Vec<Given>) = given.iter().cloned().partition(|(name, _)| is_parameter(&opened, name));
+    let (stated, given): (Vec<StatedValue>, Vec<StatedValue>) = given.iter().cloned().partition(|(name, _)| is_parameter(&opened, name));
     let bytes = if stated.is_empty() { Cow::Borrowed(bytes) } else { Cow::Owned(with_stated(bytes, &stated)?) };
     let (moved, given) = with_moved(&bytes, &given)?;
     Ok((Cow::Owned(moved), given))
@@ -45,10 +45,10 @@ pub fn with_known<'b>(bytes: &'b [u8], given: &[Given]) -> Result<(Cow<'b, [u8]>
 ///
 /// # Errors
 /// Errors of [`Surrogate::moved`](crate::fit::model::Surrogate::moved); a value without its unit.
-pub fn with_moved(bytes: &[u8], given: &[Given]) -> Result<(Vec<u8>, Vec<Given>)> {
+pub fn with_moved(bytes: &[u8], given: &[StatedValue]) -> Result<(Vec<u8>, Vec<StatedValue>)> {
     let surrogate = file::decode(bytes)?;
     let mut to: Vec<(usize, f64)> = Vec::new();
-    let mut rest: Vec<Given> = Vec::new();
+    let mut rest: Vec<StatedValue> = Vec::new();
     for (name, text) in given {
         let plain = name.trim().replace('-', "_");
         let own = surrogate.followed.iter().flat_map(|f| &f.variables);
@@ -82,7 +82,7 @@ pub fn with_moved(bytes: &[u8], given: &[Given]) -> Result<(Vec<u8>, Vec<Given>)
 pub fn with_stated(bytes: &[u8], stated: &[(String, String)]) -> Result<Vec<u8>> {
     let opened = file::open(bytes)?;
     let Some(uncertainty) = opened.uncertainty() else {
-        return Err(Error::input("this surrogate has no parameters: it says nothing of what its answers leave open"));
+        return Err(Error::input("this surrogate has no parameters: it states no uncertainty of the machine"));
     };
     learnt(bytes, |belief, work| {
         for (name, text) in stated {
@@ -108,7 +108,7 @@ pub fn with_stated(bytes: &[u8], stated: &[(String, String)]) -> Result<Vec<u8>>
 pub fn learnt(bytes: &[u8], learn: impl FnOnce(&mut Belief<'_>, &mut [f64]) -> Result<()>) -> Result<Vec<u8>> {
     let opened = file::open(bytes)?;
     let Some(uncertainty) = opened.uncertainty() else {
-        return Err(Error::input("this surrogate says nothing of what its answers leave open, so nothing can be learnt of it")
+        return Err(Error::input("this surrogate states no uncertainty of the machine, so nothing can be learnt of it")
             .help("sweep its machine and fit anew: `coldplate run SWEEP.toml`"));
     };
     let (mut mean, mut covariance) = (vec![0.0; uncertainty.states()], vec![0.0; uncertainty.covariances()]);
@@ -118,7 +118,7 @@ pub fn learnt(bytes: &[u8], learn: impl FnOnce(&mut Belief<'_>, &mut [f64]) -> R
     learn(&mut belief, &mut work)?;
     let mut surrogate = file::decode(bytes)?;
     if let Some(own) = &mut surrogate.uncertainty {
-        own.states = Some(States { mean, covariance });
+        own.states = Some(StateDistribution { mean, covariance });
     }
     file::encode(&surrogate)
 }

@@ -7,18 +7,18 @@ use coldplate_runtime::{CONFIDENCE, Surrogate};
 use serde::Serialize;
 use serde_json::ser::{CompactFormatter, Formatter, Serializer};
 
-use super::batch::{Batch, Lines, Piece, no_conditions};
-use super::columns::{Columns, Room, shown};
+use super::batch::{BatchHeader, LinePiece, LinePieces, no_conditions};
+use super::columns::{AnswerColumns, AnswerMemory, shown};
 use super::{Acceptability, query_at};
 use coldplate_base::error::{Error, Result};
 use coldplate_base::progress::Progress;
 
 /// Form of the answers to rows.
 #[derive(Debug, Clone)]
-pub struct Form {
+pub struct AnswerForm {
     /// One JSON object with the rows under `conditions`, in place of CSV.
     pub json: bool,
-    /// Names of the columns, as [`Columns::new`] takes them; empty for all. JSON rows are flat objects of these columns.
+    /// Names of the columns, as [`AnswerColumns::new`] takes them; empty for all. JSON rows are flat objects of these columns.
     pub columns: Vec<String>,
     /// Significant digits of every number; `None` for all digits.
     pub digits: Option<usize>,
@@ -26,7 +26,7 @@ pub struct Form {
     pub confidence: f64,
 }
 
-impl Default for Form {
+impl Default for AnswerForm {
     fn default() -> Self {
         Self { json: false, columns: Vec::new(), digits: None, confidence: CONFIDENCE }
     }
@@ -58,11 +58,11 @@ impl Tally {
 /// Reads every row without answering, so that a mistake shows before the first answer; gives the number of rows.
 ///
 /// # Errors
-/// Errors of [`Batch`]; no rows.
+/// Errors of [`BatchHeader`]; no rows.
 pub fn check(surrogate: &Surrogate<'_>, reader: impl BufRead, given: &[(String, String)]) -> Result<usize> {
-    let mut lines = Lines::new(reader);
-    let batch = Batch::begin(surrogate, &mut lines, given)?;
-    let count = |piece: &Piece| batch.rows(piece).try_fold(0, |count, row| row.map(|_| count + 1));
+    let mut lines = LinePieces::new(reader);
+    let batch = BatchHeader::begin(surrogate, &mut lines, given)?;
+    let count = |piece: &LinePiece| batch.rows(piece).try_fold(0, |count, row| row.map(|_| count + 1));
     let mut rows = 0;
     lines.each(count, |count| rows += count)?;
     if rows == 0 { Err(no_conditions()) } else { Ok(rows) }
@@ -77,16 +77,17 @@ pub fn answer(
     surrogate: &Surrogate<'_>,
     reader: impl BufRead,
     given: &[(String, String)],
-    form: &Form,
+    form: &AnswerForm,
     total: Option<usize>,
     progress: &dyn Progress,
     mut take: impl FnMut(&[u8]),
 ) -> Result<Tally> {
-    let mut lines = Lines::new(reader);
-    let batch = Batch::begin(surrogate, &mut lines, given)?;
-    let columns = Columns::new(surrogate, batch.is_labelled(), &form.columns, form.digits, form.confidence)?;
+    let mut lines = LinePieces::new(reader);
+    let batch = BatchHeader::begin(surrogate, &mut lines, given)?;
+    let columns = AnswerColumns::new(surrogate, batch.is_labelled(), &form.columns, form.digits, form.confidence)?;
     let mut tally = Tally::default();
-    let work = |piece: &Piece| if form.json { objects(surrogate, &batch, &columns, form, piece) } else { rows(&batch, &columns, piece) };
+    let work =
+        |piece: &LinePiece| if form.json { objects(surrogate, &batch, &columns, form, piece) } else { rows(&batch, &columns, piece) };
     lines.each(work, |(text, counted)| {
         if text.is_empty() {
             return;
@@ -112,8 +113,8 @@ pub fn answer(
     Ok(tally)
 }
 
-fn rows(batch: &Batch<'_>, columns: &Columns<'_>, piece: &Piece) -> Result<(Vec<u8>, Tally)> {
-    let (mut text, mut room, mut tally) = (String::new(), Room::default(), Tally::default());
+fn rows(batch: &BatchHeader<'_>, columns: &AnswerColumns<'_>, piece: &LinePiece) -> Result<(Vec<u8>, Tally)> {
+    let (mut text, mut room, mut tally) = (String::new(), AnswerMemory::default(), Tally::default());
     for row in batch.rows(piece) {
         let row = row?;
         let answer = columns.answer(row.label.as_deref(), &row.condition, &mut room);
@@ -123,8 +124,14 @@ fn rows(batch: &Batch<'_>, columns: &Columns<'_>, piece: &Piece) -> Result<(Vec<
     Ok((text.into_bytes(), tally))
 }
 
-fn objects(surrogate: &Surrogate<'_>, batch: &Batch<'_>, columns: &Columns<'_>, form: &Form, piece: &Piece) -> Result<(Vec<u8>, Tally)> {
-    let (mut text, mut room, mut tally) = (Vec::new(), Room::default(), Tally::default());
+fn objects(
+    surrogate: &Surrogate<'_>,
+    batch: &BatchHeader<'_>,
+    columns: &AnswerColumns<'_>,
+    form: &AnswerForm,
+    piece: &LinePiece,
+) -> Result<(Vec<u8>, Tally)> {
+    let (mut text, mut room, mut tally) = (Vec::new(), AnswerMemory::default(), Tally::default());
     for row in batch.rows(piece) {
         let row = row?;
         if tally.rows > 0 {

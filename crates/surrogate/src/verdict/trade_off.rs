@@ -2,8 +2,8 @@
 
 use coldplate_runtime::Surrogate;
 
-use super::optimum::{Free, check};
-use super::{Inverse, Outside, condition, free_within, query_at};
+use super::optimum::{FreeVariable, check};
+use super::{Inverse, OutOfRange, condition, free_within, query_at};
 use coldplate_base::error::{Error, Result};
 
 /// Number of values of the second variable, from end to end. Chosen: steps of a tenth of the range.
@@ -16,12 +16,12 @@ pub struct Exchange {
     pub given: f64,
     /// The smallest acceptable value of the first variable, and the end of the interval that is acceptable from there; `None` if no
     /// value is.
-    pub acceptable: Option<Interval>,
+    pub acceptable: Option<VariableInterval>,
 }
 
 /// Values of a variable from one to another.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Interval {
+pub struct VariableInterval {
     /// Lower end.
     pub from: f64,
     /// Upper end.
@@ -34,7 +34,7 @@ pub enum TradeOff {
     /// One row per value of the second variable.
     Rows(Vec<Exchange>),
     /// The other variables lie outside the fitted range.
-    OutsideRange(Vec<Outside>),
+    OutsideRange(Vec<OutOfRange>),
 }
 
 /// For values of `second` from end to end, the smallest value of `first` that is acceptable with the probability `confidence`.
@@ -42,7 +42,7 @@ pub enum TradeOff {
 ///
 /// # Errors
 /// Errors of [`free_within`], for either variable; twice the same one.
-pub fn trade_off(surrogate: &Surrogate<'_>, x: &[f64], first: Free, second: Free, confidence: f64) -> Result<TradeOff> {
+pub fn trade_off(surrogate: &Surrogate<'_>, x: &[f64], first: FreeVariable, second: FreeVariable, confidence: f64) -> Result<TradeOff> {
     let variables = condition::variables(surrogate);
     check(&first, surrogate, &variables)?;
     check(&second, surrogate, &variables)?;
@@ -61,7 +61,7 @@ pub fn trade_off(surrogate: &Surrogate<'_>, x: &[f64], first: Free, second: Free
         let mut x = x.clone();
         x[second.index] = given;
         let acceptable = match free_within(surrogate, &x, first.index, Some((first.low, first.high)), confidence)? {
-            Inverse::Found { smallest, until, .. } => Some(Interval { from: smallest, until }),
+            Inverse::Found { smallest, until, .. } => Some(VariableInterval { from: smallest, until }),
             Inverse::Nowhere { .. } | Inverse::OutsideRange(_) => None,
         };
         Ok(Exchange { given, acceptable })

@@ -35,7 +35,7 @@ pub struct UpdateRecord {
     pub readings: usize,
     /// Rows outside the fitted range, from which nothing is learnt.
     pub outside: usize,
-    /// Squared deviations from what was expected, each over its variance.
+    /// Sum of the squared deviations from the expected readings, each over its variance.
     pub chi_square: f64,
     /// Probability of deviations at least as large from a machine that is as the file says.
     pub probability: f64,
@@ -46,7 +46,7 @@ pub struct UpdateRecord {
     /// Parameters before and after.
     pub parameters: Vec<Moved>,
     /// Model error at each point after the update.
-    pub points: Vec<Learnt>,
+    pub points: Vec<PointModelError>,
 }
 
 /// How unexpected a row was.
@@ -57,7 +57,7 @@ pub struct RowSurprise {
     /// Name of its test, if it has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub test: Option<String>,
-    /// Squared deviations from what was expected, each over its variance.
+    /// Sum of the squared deviations from the expected readings, each over its variance.
     pub chi_square: f64,
     /// Readings in it.
     pub readings: usize,
@@ -84,7 +84,7 @@ pub struct Moved {
 
 /// Model error at one point alone, in the point's unit.
 #[derive(Debug, Clone, Serialize)]
-pub struct Learnt {
+pub struct PointModelError {
     /// The point.
     pub name: String,
     /// Mean excess of readings over the model there.
@@ -107,7 +107,7 @@ pub fn update(bytes: &[u8], table: &Table, lines: &[usize], instruments: &Instru
     let bytes = &with_conditions(bytes, table)?;
     let opened = file::open(bytes)?;
     let uncertainty = opened.uncertainty().ok_or_else(|| {
-        Error::input("this surrogate says nothing of what its answers leave open, so nothing can be learnt of it")
+        Error::input("this surrogate states no uncertainty of the machine, so nothing can be learnt of it")
             .help("sweep its machine and fit anew: `coldplate run SWEEP.toml`")
     })?;
     let data = Data::read(&opened, table)?;
@@ -153,7 +153,7 @@ pub fn update(bytes: &[u8], table: &Table, lines: &[usize], instruments: &Instru
     let count = uncertainty.parameter_count();
     let at_point = |(i, p): (usize, Point<'_>)| {
         let (own, state) = (uncertainty.missed(i).0, &after[count + i]);
-        Learnt { name: p.name.to_owned(), value: own * state.mean, deviation: own * state.deviation }
+        PointModelError { name: p.name.to_owned(), value: own * state.mean, deviation: own * state.deviation }
     };
     rows.sort_by(|a, b| a.probability.total_cmp(&b.probability));
     let worst = rows.iter().filter(|row| row.probability < ALARM).cloned().collect();

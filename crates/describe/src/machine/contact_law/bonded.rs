@@ -1,11 +1,11 @@
 //! A perfect joint.
 
 use super::{Interface, Law, Slope, must_be_true};
-use crate::schema::{Form, Key, Reach};
+use crate::schema::{ChangeReach, Key, ValueForm};
 use coldplate_base::document::Section;
 use coldplate_base::error::Result;
 
-pub(super) const KEYS: &[Key] = &[Key::new("bonded", Form::True, "no resistance").reaching(Reach::Contact)];
+pub(super) const KEYS: &[Key] = &[Key::new("bonded", ValueForm::True, "no resistance").reaching(ChangeReach::Contact)];
 
 /// A joint without resistance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,14 +1,14 @@
 //! A constant conductance per area.
 
 use super::{Interface, Law, Slope};
-use crate::schema::{Form, Key, Reach, Unit};
+use crate::schema::{ChangeReach, Key, Unit, ValueForm};
 use coldplate_base::document::Section;
 use coldplate_base::error::Result;
 use coldplate_base::units::Dimension;
 
-pub(super) const KEYS: &[Key] = &[Key::new("conductance", Form::Quantity(Unit::of(Dimension::FILM, "W/(m2 K)")), "per area")
+pub(super) const KEYS: &[Key] = &[Key::new("conductance", ValueForm::Quantity(Unit::of(Dimension::FILM, "W/(m2 K)")), "per area")
     .positive()
-    .reaching(Reach::Contact)
+    .reaching(ChangeReach::Contact)
     .usual()
     .also(&["h", "hc", "tcc", "contact_conductance"])];
 

@@ -1,11 +1,11 @@
 //! A joint that no heat crosses.
 
 use super::{Interface, Law, Slope, must_be_true};
-use crate::schema::{Form, Key, Reach};
+use crate::schema::{ChangeReach, Key, ValueForm};
 use coldplate_base::document::Section;
 use coldplate_base::error::Result;
 
-pub(super) const KEYS: &[Key] = &[Key::new("insulated", Form::True, "no heat").reaching(Reach::Contact)];
+pub(super) const KEYS: &[Key] = &[Key::new("insulated", ValueForm::True, "no heat").reaching(ChangeReach::Contact)];
 
 /// A joint without heat flow.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

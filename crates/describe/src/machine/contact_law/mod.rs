@@ -19,7 +19,7 @@ pub use of_pressure::OfPressure;
 pub use of_temperature::OfTemperature;
 pub use total::Total;
 
-use super::Slope;
+use super::slope::Slope;
 use crate::schema::Key;
 use coldplate_base::document::Section;
 use coldplate_base::error::Result;

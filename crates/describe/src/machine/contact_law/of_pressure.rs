@@ -1,8 +1,8 @@
 //! A table of the conductance against contact pressure, at a given pressure.
 
-use super::super::Property;
+use super::super::parts::Property;
 use super::{Interface, Law, Slope};
-use crate::schema::{Form, Key, Reach, Unit};
+use crate::schema::{ChangeReach, Key, Unit, ValueForm};
 use coldplate_base::document::Section;
 use coldplate_base::error::Result;
 use coldplate_base::units::Dimension;
@@ -12,14 +12,14 @@ const MEGAPASCALS: Unit = Unit::of(Dimension::PRESSURE, "MPa");
 pub(super) const KEYS: &[Key] = &[
     Key::new(
         "pressure_table",
-        Form::Curve(MEGAPASCALS, Unit::of(Dimension::FILM, "W/(m2 K)")),
+        ValueForm::Curve(MEGAPASCALS, Unit::of(Dimension::FILM, "W/(m2 K)")),
         "with `pressure`: `[[\"0.1 MPa\", \"300 W/(m2 K)\"], ...]`, at that contact pressure, which must lie in the table",
     )
-    .reaching(Reach::Contact)
+    .reaching(ChangeReach::Contact)
     .usual(),
-    Key::new("pressure", Form::Quantity(MEGAPASCALS), "contact pressure, with `pressure_table`")
+    Key::new("pressure", ValueForm::Quantity(MEGAPASCALS), "contact pressure, with `pressure_table`")
         .positive()
-        .reaching(Reach::Contact)
+        .reaching(ChangeReach::Contact)
         .usual(),
 ];
 

@@ -1,8 +1,9 @@
 //! A table of the conductance against the mean temperature of the interface.
 
-use super::super::{Property, library::property};
+use super::super::library::property;
+use super::super::parts::Property;
 use super::{Interface, Law, Slope};
-use crate::schema::{Form, Key, Reach, Unit};
+use crate::schema::{ChangeReach, Key, Unit, ValueForm};
 use coldplate_base::document::Section;
 use coldplate_base::error::Result;
 use coldplate_base::units::Dimension;
@@ -11,10 +12,10 @@ const FILM: Unit = Unit::of(Dimension::FILM, "W/(m2 K)");
 
 pub(super) const KEYS: &[Key] = &[Key::new(
     "temperature_table",
-    Form::Either(&[Form::Quantity(FILM), Form::Curve(Unit::of(Dimension::TEMPERATURE, "degC"), FILM)]),
+    ValueForm::Either(&[ValueForm::Quantity(FILM), ValueForm::Curve(Unit::of(Dimension::TEMPERATURE, "degC"), FILM)]),
     "`[[\"20 degC\", \"300 W/(m2 K)\"], ...]` against the mean temperature of the interface",
 )
-.reaching(Reach::Contact)
+.reaching(ChangeReach::Contact)
 .usual()];
 
 /// Conductance (W/(m² K)) against the mean temperature of the interface (K), linear between the points.

@@ -2,11 +2,11 @@
 
 use super::super::geometry::two_emissivities;
 use super::{Interface, Law, Slope};
-use crate::schema::{Form, Key, Reach, Table, Unit, Unstated};
+use crate::schema::{ChangeReach, Key, KeyTable, Unit, Unstated, ValueForm};
 use coldplate_base::document::Section;
 use coldplate_base::error::Result;
 use coldplate_base::units::Dimension;
-use coldplate_physics::contact::{self, AIR_MEAN_FREE_PATH, Asperities, Gas, Rough, rarefaction_length};
+use coldplate_physics::contact::{self, AIR_MEAN_FREE_PATH, Asperities, Conductivity, GapGas, Rough, rarefaction_length};
 
 const MICROMETRES: Unit = Unit::of(Dimension::LENGTH, "um");
 const MEGAPASCALS: Unit = Unit::of(Dimension::PRESSURE, "MPa");
@@ -15,54 +15,61 @@ const CONDUCTIVITY: Unit = Unit::of(Dimension::CONDUCTIVITY, "W/(m K)");
 
 pub(super) const KEYS: &[Key] = &[Key::new(
     "rough",
-    Form::Table(&ROUGH),
+    ValueForm::Table(&ROUGH),
     "Cooper, Mikic and Yovanovich: `{ roughness, slope, hardness, pressure }`; `modulus` instead of `hardness` for elastic contact \
      (Mikic)",
 )
-.reaching(Reach::Contact)];
+.reaching(ChangeReach::Contact)];
 
 /// Energy accommodation coefficient of the gas between rough surfaces.
 const ACCOMMODATION: Key =
-    Key::new("accommodation", Form::Number, "energy accommodation coefficient").or(Unstated::Si(0.9)).reaching(Reach::Contact);
+    Key::new("accommodation", ValueForm::Number, "energy accommodation coefficient").or(Unstated::Si(0.9)).reaching(ChangeReach::Contact);
 /// Conductivity of the gas between rough surfaces.
-const GAS_CONDUCTIVITY: Key = Key::new("conductivity", Form::Quantity(CONDUCTIVITY), "of the gas in bulk")
+const GAS_CONDUCTIVITY: Key = Key::new("conductivity", ValueForm::Quantity(CONDUCTIVITY), "of the gas in bulk")
     .positive()
     .or(Unstated::Si(0.026))
-    .reaching(Reach::Contact);
+    .reaching(ChangeReach::Contact);
 
-const GAS: Table = Table {
+const GAS: KeyTable = KeyTable {
     doc: "gas between rough surfaces",
     keys: &[&[
-        Key::new("pressure", Form::Quantity(PASCALS), "of the gas").required().positive().reaching(Reach::Contact),
+        Key::new("pressure", ValueForm::Quantity(PASCALS), "of the gas").required().positive().reaching(ChangeReach::Contact),
         GAS_CONDUCTIVITY,
-        Key::new("gap", Form::Quantity(MICROMETRES), "mean distance between the surfaces")
+        Key::new("gap", ValueForm::Quantity(MICROMETRES), "mean distance between the surfaces")
             .positive()
             .or(Unstated::Follows("from the law"))
-            .reaching(Reach::Contact),
+            .reaching(ChangeReach::Contact),
         ACCOMMODATION,
-        Key::new("rarefaction", Form::Quantity(MICROMETRES), "rarefaction length at 1 atm")
+        Key::new("rarefaction", ValueForm::Quantity(MICROMETRES), "rarefaction length at 1 atm")
             .positive()
             .or(Unstated::Follows("from the accommodation, for air"))
-            .reaching(Reach::Contact),
+            .reaching(ChangeReach::Contact),
     ]],
     one_of: &[],
 };
 
-const ROUGH: Table = Table {
+const ROUGH: KeyTable = KeyTable {
     doc: "two rough, flat surfaces pressed together",
     keys: &[&[
-        Key::new("roughness", Form::Quantity(MICROMETRES), "combined roughness (s1² + s2²)^(1/2)")
+        Key::new("roughness", ValueForm::Quantity(MICROMETRES), "combined roughness (s1² + s2²)^(1/2)")
             .required()
             .positive()
-            .reaching(Reach::Contact),
-        Key::new("slope", Form::Number, "combined mean absolute asperity slope").required().positive().reaching(Reach::Contact),
-        Key::new("pressure", Form::Quantity(MEGAPASCALS), "contact pressure").required().positive().reaching(Reach::Contact).usual(),
-        Key::new("hardness", Form::Quantity(MEGAPASCALS), "microhardness of the softer side").positive().reaching(Reach::Contact),
-        Key::new("modulus", Form::Quantity(MEGAPASCALS), "or, for elastic contact, the effective modulus")
+            .reaching(ChangeReach::Contact),
+        Key::new("slope", ValueForm::Number, "combined mean absolute asperity slope").required().positive().reaching(ChangeReach::Contact),
+        Key::new("pressure", ValueForm::Quantity(MEGAPASCALS), "contact pressure")
+            .required()
             .positive()
-            .reaching(Reach::Contact),
-        Key::new("emissivity", Form::List(&Form::Number, Some(2)), "of the two, for radiation across the gap").reaching(Reach::Contact),
-        Key::new("gas", Form::Table(&GAS), "gas in the gap").or(Unstated::Follows("vacuum")).reaching(Reach::Contact),
+            .reaching(ChangeReach::Contact)
+            .usual(),
+        Key::new("hardness", ValueForm::Quantity(MEGAPASCALS), "microhardness of the softer side")
+            .positive()
+            .reaching(ChangeReach::Contact),
+        Key::new("modulus", ValueForm::Quantity(MEGAPASCALS), "or, for elastic contact, the effective modulus")
+            .positive()
+            .reaching(ChangeReach::Contact),
+        Key::new("emissivity", ValueForm::List(&ValueForm::Number, Some(2)), "of the two, for radiation across the gap")
+            .reaching(ChangeReach::Contact),
+        Key::new("gas", ValueForm::Table(&GAS), "gas in the gap").or(Unstated::Follows("vacuum")).reaching(ChangeReach::Contact),
     ]],
     one_of: &["hardness", "modulus"],
 };
@@ -88,7 +95,7 @@ pub(super) fn read(section: &Section<'_>) -> Result<Rough> {
             }
             // Air: ratio of heat capacities 1.4, Prandtl number 0.71.
             let of_air = rarefaction_length([accommodation; 2], 1.4, 0.71, AIR_MEAN_FREE_PATH);
-            let read = Gas {
+            let read = GapGas {
                 conductivity: GAS_CONDUCTIVITY.read(&gas)?,
                 pressure: gas.positive("pressure", Dimension::PRESSURE)?,
                 gap: gas.opt_positive("gap", Dimension::LENGTH)?,
@@ -116,8 +123,8 @@ impl Law for Rough {
         // A lumped side has no conductivity of its own: the spots take the conductivity of the other side for both.
         let [a, b] = at.conductivities;
         let either = a.or(b).unwrap_or(Slope::constant(f64::INFINITY));
-        let [a, b] = [a, b].map(|side| side.unwrap_or(either)).map(|k| (k.value, k.slope));
-        let (value, slope) = contact::conductance_with_slope(self, a, b, at.temperature);
+        let sides = [a, b].map(|side| side.unwrap_or(either)).map(|k| Conductivity { value: k.value, slope: k.slope });
+        let (value, slope) = contact::conductance_with_slope(self, sides, at.temperature);
         Slope { value, slope }
     }
 

@@ -1,15 +1,15 @@
 //! A constant conductance of the whole contact.
 
 use super::{Interface, Law, Slope};
-use crate::schema::{Form, Key, Reach, Unit};
+use crate::schema::{ChangeReach, Key, Unit, ValueForm};
 use coldplate_base::document::Section;
 use coldplate_base::error::Result;
 use coldplate_base::units::Dimension;
 
 pub(super) const KEYS: &[Key] =
-    &[Key::new("total_conductance", Form::Quantity(Unit::of(Dimension::CONDUCTANCE, "W/K")), "spread over the true area")
+    &[Key::new("total_conductance", ValueForm::Quantity(Unit::of(Dimension::CONDUCTANCE, "W/K")), "spread over the true area")
         .positive()
-        .reaching(Reach::Contact)
+        .reaching(ChangeReach::Contact)
         .usual()];
 
 /// Conductance of the whole contact, W/K, spread over its true area.

@@ -2,18 +2,19 @@
 
 use super::super::source_law;
 use super::MILLIMETRES;
-use crate::schema::{Form, Key, Reach, Table, Unit, Unstated};
+use crate::schema::{ChangeReach, Key, KeyTable, Unit, Unstated, ValueForm};
+use coldplate_base::condition::MOTOR_SPEED;
 use coldplate_base::units::Dimension;
 use coldplate_physics::drive::Parameters;
 
-const VARIABLE_TABLE: Table = Table {
+const VARIABLE_TABLE: KeyTable = KeyTable {
     doc: "a variable of the condition",
     keys: &[&[
-        Key::new("default", Form::AnyQuantity, "used when a caller gives no value; without it the value must be given"),
-        Key::new("range", Form::List(&Form::AnyQuantity, Some(2)), "`[low, high]`, the range that makes sense"),
+        Key::new("default", ValueForm::AnyQuantity, "used when a caller gives no value; without it the value must be given"),
+        Key::new("range", ValueForm::List(&ValueForm::AnyQuantity, Some(2)), "`[low, high]`, the range that makes sense"),
         Key::new(
             "unit",
-            Form::Text,
+            ValueForm::Text,
             "the unit it is shown in; required for variables of one's own. `degC` makes an absolute temperature, `K` a difference, \
              `\"1\"` a pure number",
         ),
@@ -22,65 +23,65 @@ const VARIABLE_TABLE: Table = Table {
 };
 
 /// An entry of `[variables]`.
-pub(super) const VARIABLE: Form = Form::Either(&[Form::AnyQuantity, Form::Table(&VARIABLE_TABLE)]);
+pub(super) const VARIABLE: ValueForm = ValueForm::Either(&[ValueForm::AnyQuantity, ValueForm::Table(&VARIABLE_TABLE)]);
 
 const PAPER: Parameters = Parameters::PAPER;
-const KILOGRAMS: Form = Form::Quantity(Unit::of(Dimension::MASS, "kg"));
-const INERTIA: Form = Form::Quantity(Unit::of(Dimension::INERTIA, "kg m2"));
-const NEWTONS: Form = Form::Quantity(Unit::of(Dimension::FORCE, "N"));
+const KILOGRAMS: ValueForm = ValueForm::Quantity(Unit::of(Dimension::MASS, "kg"));
+const INERTIA: ValueForm = ValueForm::Quantity(Unit::of(Dimension::INERTIA, "kg m2"));
+const NEWTONS: ValueForm = ValueForm::Quantity(Unit::of(Dimension::FORCE, "N"));
 const RPM: Unit = Unit::of(Dimension::ANGULAR_SPEED, "rpm");
 
-const fn parameter(name: &'static str, form: Form, default: f64, doc: &'static str) -> Key {
-    Key::new(name, form, doc).or(Unstated::Si(default)).reaching(Reach::Load)
+const fn parameter(name: &'static str, form: ValueForm, default: f64, doc: &'static str) -> Key {
+    Key::new(name, form, doc).or(Unstated::Si(default)).reaching(ChangeReach::Load)
 }
 
 /// Motor speed of a drive.
-pub(in crate::machine) const SPEED: Key = Key::new("speed", Form::Formula(RPM), "formula; of the motor. `\"0 rpm\"` stands still")
-    .or(Unstated::Text("motor_speed"))
-    .reaching(Reach::Load);
+pub(in crate::machine) const SPEED: Key = Key::new("speed", ValueForm::Formula(RPM), "formula; of the motor. `\"0 rpm\"` stands still")
+    .or(Unstated::Text(MOTOR_SPEED))
+    .reaching(ChangeReach::Load);
 /// Speed the acceleration torque is evaluated at.
 pub(in crate::machine) const REFERENCE_SPEED: Key = Key::new(
     "reference_speed",
-    Form::Either(&[Form::Quantity(RPM), Form::Word(&["actual"])]),
+    ValueForm::Either(&[ValueForm::Quantity(RPM), ValueForm::Word(&["actual"])]),
     "speed of the acceleration torque; `\"actual\"` follows equation 4 as printed",
 )
-.reaching(Reach::Load);
+.reaching(ChangeReach::Load);
 const REFERENCE_SPEED_OF_PAPER: Key = match PAPER.reference_speed {
     Some(speed) => REFERENCE_SPEED.or(Unstated::Si(speed)),
     None => REFERENCE_SPEED.or(Unstated::Text("actual")),
 };
 /// Torque of the motor.
 pub(in crate::machine) const STARTING_TORQUE: Key =
-    Key::new("starting_torque", Form::Quantity(Unit::of(Dimension::TORQUE, "N m")), "of the motor")
+    Key::new("starting_torque", ValueForm::Quantity(Unit::of(Dimension::TORQUE, "N m")), "of the motor")
         .or(Unstated::Follows("from equations 1 to 4"))
-        .reaching(Reach::Load);
+        .reaching(ChangeReach::Load);
 
 /// The numbers of a drive, in the order of [`fields`].
 pub(in crate::machine) const PARAMETERS: &[Key] = &[
     parameter("reducer_inertia", INERTIA, PAPER.reducer_inertia, "of the reducer at the motor shaft"),
     parameter("screw_mass", KILOGRAMS, PAPER.screw_mass, "of the screw"),
-    parameter("screw_diameter", Form::Quantity(MILLIMETRES), PAPER.screw_diameter, "of the screw"),
+    parameter("screw_diameter", ValueForm::Quantity(MILLIMETRES), PAPER.screw_diameter, "of the screw"),
     parameter("coupling_mass", KILOGRAMS, PAPER.coupling_mass, "of the coupling"),
-    parameter("coupling_diameter", Form::Quantity(MILLIMETRES), PAPER.coupling_diameter, "of the coupling"),
+    parameter("coupling_diameter", ValueForm::Quantity(MILLIMETRES), PAPER.coupling_diameter, "of the coupling"),
     parameter("moving_mass", KILOGRAMS, PAPER.moving_mass, "moved along the guides"),
     parameter("rotary_inertia", INERTIA, PAPER.rotary_inertia, "turned directly by the reducer's output"),
-    parameter("lead", Form::Quantity(MILLIMETRES), PAPER.lead, "of the screw; 0 is a rotary axis"),
-    parameter("ratio", Form::Number, PAPER.ratio, "reduction ratio"),
+    parameter("lead", ValueForm::Quantity(MILLIMETRES), PAPER.lead, "of the screw; 0 is a rotary axis"),
+    parameter("ratio", ValueForm::Number, PAPER.ratio, "reduction ratio"),
     parameter(
         "acceleration_time",
-        Form::Quantity(Unit::of(Dimension::TIME, "s")),
+        ValueForm::Quantity(Unit::of(Dimension::TIME, "s")),
         PAPER.acceleration_time,
         "until the motor has its speed",
     ),
     parameter("preload", NEWTONS, PAPER.preload, "of the screw nut"),
-    parameter("screw_efficiency", Form::Number, PAPER.screw_efficiency, "of the screw without preload"),
-    parameter("reducer_efficiency", Form::Number, PAPER.reducer_efficiency, "of the reducer"),
-    parameter("motor_efficiency", Form::Number, PAPER.motor_efficiency, "of the motor"),
-    parameter("guide_friction", Form::Number, PAPER.guide_friction, "friction coefficient of the guides"),
-    parameter("bearing_friction", Form::Number, PAPER.bearing_friction, "friction coefficient of the bearings"),
+    parameter("screw_efficiency", ValueForm::Number, PAPER.screw_efficiency, "of the screw without preload"),
+    parameter("reducer_efficiency", ValueForm::Number, PAPER.reducer_efficiency, "of the reducer"),
+    parameter("motor_efficiency", ValueForm::Number, PAPER.motor_efficiency, "of the motor"),
+    parameter("guide_friction", ValueForm::Number, PAPER.guide_friction, "friction coefficient of the guides"),
+    parameter("bearing_friction", ValueForm::Number, PAPER.bearing_friction, "friction coefficient of the bearings"),
     parameter("bearing_load", NEWTONS, PAPER.bearing_load, "on the bearings"),
-    parameter("bearing_diameter", Form::Quantity(MILLIMETRES), PAPER.bearing_diameter, "inner diameter of the bearings"),
-    parameter("rail_heat_share", Form::Number, PAPER.rail_heat_share, "share of the guides' friction work that heats the guides"),
+    parameter("bearing_diameter", ValueForm::Quantity(MILLIMETRES), PAPER.bearing_diameter, "inner diameter of the bearings"),
+    parameter("rail_heat_share", ValueForm::Number, PAPER.rail_heat_share, "share of the guides' friction work that heats the guides"),
 ];
 
 /// The numbers of [`PARAMETERS`] in their order.
@@ -109,29 +110,29 @@ pub(in crate::machine) fn fields(p: &mut Parameters) -> [&mut f64; 19] {
 }
 
 /// `[drive.NAME]`
-pub(super) const DRIVE: Table =
-    Table { doc: "heat of a feed drive", keys: &[&[SPEED], PARAMETERS, &[REFERENCE_SPEED_OF_PAPER, STARTING_TORQUE]], one_of: &[] };
+pub(super) const DRIVE: KeyTable =
+    KeyTable { doc: "heat of a feed drive", keys: &[&[SPEED], PARAMETERS, &[REFERENCE_SPEED_OF_PAPER, STARTING_TORQUE]], one_of: &[] };
 
 /// Keys common to all sources.
 const PLACES_AND_POWER: &[Key] = &[
     Key::new(
         "in",
-        Form::Either(&[Form::Name("part, face or node"), Form::List(&Form::Name("part, face or node"), None)]),
+        ValueForm::Either(&[ValueForm::Name("part, face or node"), ValueForm::List(&ValueForm::Name("part, face or node"), None)]),
         "parts, blocks, faces, nodes: `\"motor\"`, `\"motor[2]\"` or `[\"seat\", \"motor.+z\", \"coil\"]`",
     )
     .required()
     .also(&["part", "on", "at", "where"]),
-    Key::new("power", Form::Formula(Unit::of(Dimension::POWER, "W")), "formula; the total, shared by volume or area")
-        .reaching(Reach::Load)
+    Key::new("power", ValueForm::Formula(Unit::of(Dimension::POWER, "W")), "formula; the total, shared by volume or area")
+        .reaching(ChangeReach::Load)
         .usual()
         .also(&["heat", "q", "watts"]),
-    Key::new("power_density", Form::Formula(Unit::of(Dimension::POWER_DENSITY, "W/m3")), "instead: formula; per volume")
-        .reaching(Reach::Load)
+    Key::new("power_density", ValueForm::Formula(Unit::of(Dimension::POWER_DENSITY, "W/m3")), "instead: formula; per volume")
+        .reaching(ChangeReach::Load)
         .usual()
         .also(&["density", "volumetric_power", "heat_generation"]),
     Key::new(
         "distribution",
-        Form::Text,
+        ValueForm::Text,
         "shares of the power that vary in space: a formula of `x_mm`, `y_mm`, `z_mm`, coordinates of the part, such as `\"exp(-x_mm / 10)\"`",
     ),
 ];
@@ -148,4 +149,4 @@ const SOURCE_KEYS: [&[Key]; source_law::COUNT + 1] = {
 };
 
 /// `[source.NAME]`
-pub(super) const SOURCE: Table = Table { doc: "a heat source", keys: &SOURCE_KEYS, one_of: &["power", "power_density"] };
+pub(super) const SOURCE: KeyTable = KeyTable { doc: "a heat source", keys: &SOURCE_KEYS, one_of: &["power", "power_density"] };

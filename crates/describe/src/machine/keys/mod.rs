@@ -1,6 +1,6 @@
 //! The schema of a machine file: every table and key with its form, default, reach and a line about it.
 //!
-//! The reader, `--set`, `--free`, sensitivities, "did you mean", the tables of `docs/machine-file.md` and the JSON
+//! The reader, `--set`, `--free`, sensitivities, "did you mean", the tables of `docs/reference/machine-file.md` and the JSON
 //! Schema printed by `coldplate schema` all use this schema.
 
 pub(super) mod bodies;
@@ -12,7 +12,7 @@ pub(super) mod outputs;
 pub(super) mod radiation;
 pub(super) mod uncertain;
 
-use crate::schema::{Form, Key, Reach, Table, Unit, Unstated};
+use crate::schema::{ChangeReach, Key, KeyTable, Unit, Unstated, ValueForm};
 use coldplate_base::units::Dimension;
 
 /// Lengths are shown in millimetres.
@@ -32,63 +32,64 @@ const SECONDS: Unit = Unit::of(Dimension::TIME, "s");
 const PASCALS: Unit = Unit::of(Dimension::PRESSURE, "Pa");
 
 /// A property: a constant, or a table against temperature.
-const PROPERTY_OF_CONDUCTION: Form = Form::Either(&[Form::Quantity(CONDUCTIVITY), Form::Curve(CELSIUS, CONDUCTIVITY)]);
+const PROPERTY_OF_CONDUCTION: ValueForm = ValueForm::Either(&[ValueForm::Quantity(CONDUCTIVITY), ValueForm::Curve(CELSIUS, CONDUCTIVITY)]);
 /// A point or three sizes.
-const TRIPLE: Form = Form::List(&Form::Quantity(MILLIMETRES), Some(3));
+const TRIPLE: ValueForm = ValueForm::List(&ValueForm::Quantity(MILLIMETRES), Some(3));
 
 /// Cells aimed at when neither the file nor the caller says.
-pub(super) const CELLS: Key =
-    Key::new("cells", Form::Whole(1), "cells aimed at when the caller does not say").or(Unstated::Whole(20_000)).reaching(Reach::Mesh);
+pub(super) const CELLS: Key = Key::new("cells", ValueForm::Whole(1), "cells aimed at when the caller does not say")
+    .or(Unstated::Whole(20_000))
+    .reaching(ChangeReach::Mesh);
 
 /// Largest error of a reading from the mesh.
 pub(super) const ACCURACY: Key = Key::new(
     "accuracy",
-    Form::Quantity(KELVIN),
+    ValueForm::Quantity(KELVIN),
     "cells are chosen so that they leave less than this open in every reading: `\"0.05 K\"`; `cells` then says nothing",
 )
 .positive()
-.reaching(Reach::Mesh);
+.reaching(ChangeReach::Mesh);
 
-const MESH: Table = Table { doc: "how finely the machine is meshed", keys: &[&[CELLS, ACCURACY]], one_of: &[] };
+const MESH: KeyTable = KeyTable { doc: "how finely the machine is meshed", keys: &[&[CELLS, ACCURACY]], one_of: &[] };
 
-const NAME: Key = Key::new("name", Form::Text, "one line").required().reaching(Reach::Report).also(&["title"]);
-const DESCRIPTION: Key = Key::new("description", Form::Text, "free text").reaching(Reach::Report);
+const NAME: Key = Key::new("name", ValueForm::Text, "one line").required().reaching(ChangeReach::Report).also(&["title"]);
+const DESCRIPTION: Key = Key::new("description", ValueForm::Text, "free text").reaching(ChangeReach::Report);
 
 /// The machine file.
-pub const SCHEMA: Table = Table {
+pub const SCHEMA: KeyTable = KeyTable {
     doc: "A machine file of coldplate: what a machine is made of, what heats and cools it, and what is measured.",
     keys: &[&[
         NAME,
         DESCRIPTION,
-        Key::new("variables", Form::Free(&heat::VARIABLE), "what a condition consists of"),
-        Key::new("define", Form::Free(&Form::Formula(Unit::of(Dimension::NUMBER, "1"))), "intermediate results for formulas"),
-        Key::new("drive", Form::Named(&heat::DRIVE), "feed drives, whose heats formulas may use"),
-        Key::new("chamber", Form::Table(&radiation::CHAMBER), "the vacuum chamber around the machine"),
-        Key::new("mesh", Form::Table(&MESH), "how finely the machine is meshed").reaching(Reach::Mesh),
-        Key::new("material", Form::Named(&bodies::MATERIAL), "materials beside those of the library").also(&["materials"]),
-        Key::new("part", Form::Named(&bodies::PART), "bodies of one material").also(&["parts"]),
-        Key::new("surfaces", Form::Table(&radiation::SURFACES), "radiation of all parts that do not say otherwise"),
-        Key::new("node", Form::Named(&bodies::NODE), "lumped nodes").also(&["nodes"]),
-        Key::new("contact", Form::Named(&joints::CONTACT), "what joins two places"),
-        Key::new("contacts", Form::Table(&joints::CONTACTS), "what joins places that touch and that no contact names"),
-        Key::new("channel", Form::Named(&flow::CHANNEL), "coolant channels").also(&["channels"]),
-        Key::new("fluid", Form::Named(&flow::FLUID), "liquids beside water and those of the library").also(&["fluids", "liquid"]),
-        Key::new("circuit", Form::Named(&flow::CIRCUIT), "what flows through the channels").also(&["circuits"]),
-        Key::new("boundary", Form::Named(&joints::BOUNDARY), "what is prescribed on faces").also(&["boundaries"]),
-        Key::new("radiation_link", Form::Named(&radiation::LINK), "radiation between two surfaces that face each other"),
-        Key::new("enclosure", Form::Named(&radiation::ENCLOSURE), "grey surfaces that all see each other"),
-        Key::new("source", Form::Named(&heat::SOURCE), "heat sources").also(&["sources", "heat"]),
-        Key::new("sensor", Form::Named(&outputs::SENSOR), "measurement points").also(&["sensors"]),
-        Key::new("heat_flow", Form::Named(&outputs::HEAT_FLOW), "heat-flow sensors").also(&["heat_flows"]),
-        Key::new("displacement", Form::Named(&elastic::DISPLACEMENT), "displacement sensors").also(&["displacements"]),
-        Key::new("support", Form::Named(&elastic::SUPPORT), "what holds the machine, for displacements").also(&["supports"]),
-        Key::new("elasticity", Form::Table(&elastic::ELASTICITY), "what displacements are counted from"),
-        Key::new("limit", Form::Named(&outputs::LIMIT), "what is acceptable").also(&["limits"]),
-        Key::new("measurement", Form::Named(&outputs::MEASUREMENT), "measured states to print beside the prediction")
+        Key::new("variables", ValueForm::Free(&heat::VARIABLE), "what a condition consists of"),
+        Key::new("define", ValueForm::Free(&ValueForm::Formula(Unit::of(Dimension::NUMBER, "1"))), "intermediate results for formulas"),
+        Key::new("drive", ValueForm::Named(&heat::DRIVE), "feed drives, whose heats formulas may use"),
+        Key::new("chamber", ValueForm::Table(&radiation::CHAMBER), "the vacuum chamber around the machine"),
+        Key::new("mesh", ValueForm::Table(&MESH), "how finely the machine is meshed").reaching(ChangeReach::Mesh),
+        Key::new("material", ValueForm::Named(&bodies::MATERIAL), "materials beside those of the library").also(&["materials"]),
+        Key::new("part", ValueForm::Named(&bodies::PART), "bodies of one material").also(&["parts"]),
+        Key::new("surfaces", ValueForm::Table(&radiation::SURFACES), "radiation of all parts that do not say otherwise"),
+        Key::new("node", ValueForm::Named(&bodies::NODE), "lumped nodes").also(&["nodes"]),
+        Key::new("contact", ValueForm::Named(&joints::CONTACT), "what joins two places"),
+        Key::new("contacts", ValueForm::Table(&joints::CONTACTS), "what joins places that touch and that no contact names"),
+        Key::new("channel", ValueForm::Named(&flow::CHANNEL), "coolant channels").also(&["channels"]),
+        Key::new("fluid", ValueForm::Named(&flow::FLUID), "liquids beside water and those of the library").also(&["fluids", "liquid"]),
+        Key::new("circuit", ValueForm::Named(&flow::CIRCUIT), "what flows through the channels").also(&["circuits"]),
+        Key::new("boundary", ValueForm::Named(&joints::BOUNDARY), "what is prescribed on faces").also(&["boundaries"]),
+        Key::new("radiation_link", ValueForm::Named(&radiation::LINK), "radiation between two surfaces that face each other"),
+        Key::new("enclosure", ValueForm::Named(&radiation::ENCLOSURE), "grey surfaces that all see each other"),
+        Key::new("source", ValueForm::Named(&heat::SOURCE), "heat sources").also(&["sources", "heat"]),
+        Key::new("sensor", ValueForm::Named(&outputs::SENSOR), "measurement points").also(&["sensors"]),
+        Key::new("heat_flow", ValueForm::Named(&outputs::HEAT_FLOW), "heat-flow sensors").also(&["heat_flows"]),
+        Key::new("displacement", ValueForm::Named(&elastic::DISPLACEMENT), "displacement sensors").also(&["displacements"]),
+        Key::new("support", ValueForm::Named(&elastic::SUPPORT), "what holds the machine, for displacements").also(&["supports"]),
+        Key::new("elasticity", ValueForm::Table(&elastic::ELASTICITY), "what displacements are counted from"),
+        Key::new("limit", ValueForm::Named(&outputs::LIMIT), "what is acceptable").also(&["limits"]),
+        Key::new("measurement", ValueForm::Named(&outputs::MEASUREMENT), "measured states to print beside the prediction")
             .also(&["measurements"]),
-        Key::new("uncertain", Form::Named(&uncertain::FACTOR), "factors that several numbers share and that are uncertain"),
-        Key::new("correlation", Form::Tables(&uncertain::CORRELATION), "uncertain numbers that deviate together"),
-        Key::new("model_error", Form::Table(&uncertain::MODEL_ERROR), "what the model misses"),
+        Key::new("uncertain", ValueForm::Named(&uncertain::FACTOR), "factors that several numbers share and that are uncertain"),
+        Key::new("correlation", ValueForm::Tables(&uncertain::CORRELATION), "uncertain numbers that deviate together"),
+        Key::new("model_error", ValueForm::Table(&uncertain::MODEL_ERROR), "what the model misses"),
     ]],
     one_of: &[],
 };

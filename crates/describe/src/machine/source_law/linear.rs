@@ -1,7 +1,7 @@
 //! A power that changes linearly with the temperature of each piece it heats.
 
 use super::{Law, Slope};
-use crate::schema::{Form, Key, Unit, Unstated};
+use crate::schema::{Key, Unit, Unstated, ValueForm};
 use coldplate_base::document::Section;
 use coldplate_base::error::Result;
 use coldplate_base::units::Dimension;
@@ -12,7 +12,7 @@ const MOST: f64 = 0.2;
 
 const COEFFICIENT: Key = Key::new(
     LinearPower::COEFFICIENT,
-    Form::Quantity(Unit::of(Dimension::PER_KELVIN, "1/K")),
+    ValueForm::Quantity(Unit::of(Dimension::PER_KELVIN, "1/K")),
     "relative change of the power of each cell with its own temperature: `\"0.39 %/K\"` for copper at a given current, about \
      `\"-3 %/K\"` for grease",
 )
@@ -20,7 +20,7 @@ const COEFFICIENT: Key = Key::new(
 
 const REFERENCE: Key = Key::new(
     "reference_temperature",
-    Form::Quantity(Unit::of(Dimension::TEMPERATURE, "degC")),
+    ValueForm::Quantity(Unit::of(Dimension::TEMPERATURE, "degC")),
     "temperature at which the power is as stated",
 )
 .or(Unstated::Si(LinearPower::UNSTATED.reference));

@@ -11,7 +11,7 @@ mod linear;
 pub use constant::ConstantPower;
 pub use linear::LinearPower;
 
-use super::Slope;
+use super::slope::Slope;
 use crate::schema::Key;
 use coldplate_base::document::Section;
 use coldplate_base::error::Result;

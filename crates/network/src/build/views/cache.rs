@@ -11,14 +11,14 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use sha2::{Digest, Sha256};
 
 use crate::mesh::Mesh;
-use crate::mesh::sight::{BATCHES, Facet, Seen};
+use crate::mesh::sight::{BATCHES, SidePiece, SurfaceView};
 use coldplate_describe::machine::Machine;
 
 /// First line of the file, with the version of its format.
 const HEADER: &str = "coldplate view factors 1";
 
 /// A hash of everything the rays depend on.
-pub(super) fn key(machine: &Machine, mesh: &Mesh, surfaces: &[Vec<Facet>], wanted: &[bool], rays: usize) -> String {
+pub(super) fn key(machine: &Machine, mesh: &Mesh, surfaces: &[Vec<SidePiece>], wanted: &[bool], rays: usize) -> String {
     let mut text = format!("{HEADER} {rays} {BATCHES} {wanted:?}");
     for grid in &mesh.grids {
         let _ = write!(text, "\n{:?}", machine.parts[grid.part].blocks[grid.block].shape);
@@ -33,7 +33,7 @@ pub(super) fn key(machine: &Machine, mesh: &Mesh, surfaces: &[Vec<Facet>], wante
 }
 
 /// View factors in the file for this key; `None` where there is no file, or it is out of date or damaged (with a note).
-pub(super) fn read(path: &Path, key: &str, wanted: &[bool], notes: &mut Vec<String>) -> Option<Vec<Option<Seen>>> {
+pub(super) fn read(path: &Path, key: &str, wanted: &[bool], notes: &mut Vec<String>) -> Option<Vec<Option<SurfaceView>>> {
     let bytes = std::fs::read(path).ok()?;
     let parsed = std::str::from_utf8(&bytes).ok().and_then(|text| parse(text, key, wanted));
     match parsed {
@@ -48,7 +48,7 @@ pub(super) fn read(path: &Path, key: &str, wanted: &[bool], notes: &mut Vec<Stri
 
 enum Kept {
     /// View factors of this key.
-    Same(Vec<Option<Seen>>),
+    Same(Vec<Option<SurfaceView>>),
     /// Sound, but of another geometry.
     Other,
 }
@@ -77,14 +77,14 @@ fn parse(text: &str, key: &str, wanted: &[bool]) -> Option<Kept> {
             return None;
         }
         let (share, error) = tail.split_at(tail.len() / 2);
-        seen.push(Some(Seen { share: share.to_vec(), error: error.to_vec(), escaped: head[0], strayed: head[1], open: head[2] }));
+        seen.push(Some(SurfaceView { share: share.to_vec(), error: error.to_vec(), escaped: head[0], strayed: head[1], open: head[2] }));
     }
     let n = wanted.len();
     seen.iter().flatten().all(|s| s.share.len() == n).then_some(Kept::Same(seen))
 }
 
 /// Writes the file; if it cannot be written, the next run sends its rays again, with a note.
-pub(super) fn write(path: &Path, key: &str, seen: &[Option<Seen>], notes: &mut Vec<String>) {
+pub(super) fn write(path: &Path, key: &str, seen: &[Option<SurfaceView>], notes: &mut Vec<String>) {
     static COUNT: AtomicUsize = AtomicUsize::new(0);
     let mut body = format!("{HEADER}\nkey {key}");
     for seen in seen.iter().flatten() {

@@ -1,10 +1,11 @@
 //! Pairs of patches with a closed form that holds: the shapes fit and nothing stands between them.
 
 use super::Patch;
-use crate::mesh::grid::{Frame, Grid, tangents};
-use crate::mesh::sight::Facet;
+use crate::mesh::grid::{Grid, LocalFrame, tangents};
+use crate::mesh::overlap::face_position;
+use crate::mesh::sight::SidePiece;
 use crate::mesh::{Mesh, bounds};
-use coldplate_describe::machine::{Machine, Shape, Side};
+use coldplate_describe::machine::{BlockShape, Machine, Side};
 use coldplate_physics::view;
 
 /// Lengths closer than this are equal, m. Chosen above rounding.
@@ -13,10 +14,17 @@ const SAME: f64 = 1e-9;
 /// The blocks that may stand in the way.
 pub(super) struct Forms<'a> {
     mesh: &'a Mesh,
-    shapes: Vec<&'a Shape>,
+    shapes: Vec<&'a BlockShape>,
     bounds: Vec<([f64; 3], [f64; 3])>,
     /// Boxes around imported parts, which shut out a closed form wherever they reach.
     imported: Vec<([f64; 3], [f64; 3])>,
+}
+
+/// A piece of one side of a block, with the block's grid.
+#[derive(Clone, Copy)]
+struct GridFace<'m> {
+    grid: &'m Grid,
+    piece: &'m SidePiece,
 }
 
 /// A rectangle: normal axis and direction, position along it, extents along the three machine axes.
@@ -30,7 +38,7 @@ struct Rectangle {
 impl<'a> Forms<'a> {
     /// All blocks and imported parts of a machine.
     pub(super) fn new(machine: &'a Machine, mesh: &'a Mesh) -> Self {
-        let shapes: Vec<&Shape> = mesh.grids.iter().map(|g| &machine.parts[g.part].blocks[g.block].shape).collect();
+        let shapes: Vec<&BlockShape> = mesh.grids.iter().map(|g| &machine.parts[g.part].blocks[g.block].shape).collect();
         Self { mesh, bounds: shapes.iter().map(|s| bounds(s)).collect(), shapes, imported: mesh.tetra.iter().map(|t| t.bounds()).collect() }
     }
 
@@ -38,28 +46,29 @@ impl<'a> Forms<'a> {
     pub(super) fn exchange(&self, a: &Patch, b: &Patch) -> Option<f64> {
         let ([fa], [fb]) = (a.facets.as_slice(), b.facets.as_slice()) else { return None };
         let (ga, gb) = (&self.mesh.grids[fa.grid], &self.mesh.grids[fb.grid]);
-        let whole = |patch: &Patch, facet: &Facet, grid: &Grid| (patch.area / facet.area(grid) - 1.0).abs() < 1e-9;
+        let whole = |patch: &Patch, facet: &SidePiece, grid: &Grid| (patch.area / facet.area(grid) - 1.0).abs() < 1e-9;
         if fa == fb && is_convex(ga, fa.side) {
             return Some(0.0);
         }
         if !whole(a, fa, ga) || !whole(b, fb, gb) {
             return None;
         }
+        let (a, b) = (GridFace { grid: ga, piece: fa }, GridFace { grid: gb, piece: fb });
         match (ga.frame, gb.frame) {
-            (Frame::Cartesian, Frame::Cartesian) if fa != fb => self.rectangles(&rectangle(ga, fa), &rectangle(gb, fb)),
-            (Frame::Cylindrical { .. }, Frame::Cylindrical { .. }) if fa.side.axis() == 2 && fb.side.axis() == 2 => {
-                self.discs((ga, fa), (gb, fb))
+            (LocalFrame::Cartesian, LocalFrame::Cartesian) if fa != fb => self.rectangles(&rectangle(ga, fa), &rectangle(gb, fb)),
+            (LocalFrame::Cylindrical { .. }, LocalFrame::Cylindrical { .. }) if fa.side.axis() == 2 && fb.side.axis() == 2 => {
+                self.discs(a, b)
             }
-            (Frame::Cylindrical { .. }, Frame::Cylindrical { .. }) if fa.side.axis() == 0 && fb.side.axis() == 0 => {
-                self.tubes((ga, fa), (gb, fb))
+            (LocalFrame::Cylindrical { .. }, LocalFrame::Cylindrical { .. }) if fa.side.axis() == 0 && fb.side.axis() == 0 => {
+                self.tubes(a, b)
             }
-            (Frame::Spherical { .. }, Frame::Spherical { .. }) => self.spheres((ga, fa), (gb, fb)),
+            (LocalFrame::Spherical { .. }, LocalFrame::Spherical { .. }) => self.spheres(a, b),
             _ => None,
         }
     }
 
     /// Whether nothing reaches into a box between two corners.
-    fn is_clear(&self, low: [f64; 3], high: [f64; 3], aside: impl Fn(&Shape) -> bool) -> bool {
+    fn is_clear(&self, low: [f64; 3], high: [f64; 3], aside: impl Fn(&BlockShape) -> bool) -> bool {
         let reaches = |(own_low, own_high): &([f64; 3], [f64; 3])| (0..3).all(|d| own_high[d].min(high[d]) - own_low[d].max(low[d]) > SAME);
         let is_block_in = self.shapes.iter().zip(&self.bounds).any(|(shape, bounds)| reaches(bounds) && !aside(shape));
         !is_block_in && !self.imported.iter().any(reaches)
@@ -95,102 +104,101 @@ impl<'a> Forms<'a> {
         Some(area(a) * factor)
     }
 
-    fn discs(&self, (ga, fa): (&Grid, &Facet), (gb, fb): (&Grid, &Facet)) -> Option<f64> {
-        let (line, at) = (axis_of(ga)?, |g: &Grid, f: &Facet| g.edges[2][if f.side.is_high() { g.n(2) } else { 0 }]);
-        let is_disc = |g: &Grid, f: &Facet| g.wraps(1) && f.low[0] == 0.0 && is_whole(g, f);
-        if !same_axis(ga, gb) || !is_disc(ga, fa) || !is_disc(gb, fb) {
+    fn discs(&self, disc: GridFace<'_>, other: GridFace<'_>) -> Option<f64> {
+        let line = axis_of(disc.grid)?;
+        let is_disc = |face: GridFace<'_>| face.grid.wraps(1) && face.piece.low[0] == 0.0 && is_whole(face.grid, face.piece);
+        if !same_axis(disc.grid, other.grid) || !is_disc(disc) || !is_disc(other) {
             return None;
         }
-        let (a, b) = (at(ga, fa), at(gb, fb));
+        let (fa, fb) = (disc.piece, other.piece);
+        let [a, b] = [disc, other].map(|face| face_position(face.grid, face.piece.side));
         let faces = |side: Side, from: f64, to: f64| if side.is_high() { to > from + SAME } else { to < from - SAME };
         if !faces(fa.side, a, b) || !faces(fb.side, b, a) {
             return Some(0.0);
         }
         let (ra, rb) = (fa.high[0], fb.high[0]);
         let (mut low, mut high) = ([0.0; 3], [0.0; 3]);
-        for (d, across) in Frame::normals(line.0).into_iter().zip(line.1) {
+        for (d, across) in LocalFrame::normals(line.0).into_iter().zip(line.1) {
             (low[d], high[d]) = (across - ra.max(rb), across + ra.max(rb));
         }
         (low[line.0.index()], high[line.0.index()]) = (a.min(b), a.max(b));
-        self.is_clear(low, high, |_| false).then(|| fa.area(ga) * view::coaxial_discs(ra, rb, (a - b).abs()))
+        self.is_clear(low, high, |_| false).then(|| fa.area(disc.grid) * view::coaxial_discs(ra, rb, (a - b).abs()))
     }
 
     /// Two coaxial cylinders of one length that face each other, or the outer one and itself.
-    fn tubes(&self, a: (&Grid, &Facet), b: (&Grid, &Facet)) -> Option<f64> {
-        let (inner, outer) = match (a.1.side, b.1.side) {
+    fn tubes(&self, a: GridFace<'_>, b: GridFace<'_>) -> Option<f64> {
+        let (inner, outer) = match (a.piece.side, b.piece.side) {
             (Side::High0, Side::Low0) => (a, b),
             (Side::Low0, Side::High0) => (b, a),
             _ => return None,
         };
-        let (line, _) = axis_of(inner.0)?;
-        let same_ends = (0..2).all(|e| {
-            let end = |g: &Grid| if e == 0 { g.edges[2][0] } else { g.edges[2][g.n(2)] };
-            (end(inner.0) - end(outer.0)).abs() < SAME
-        });
-        let full = [inner, outer].iter().all(|(g, f)| g.wraps(1) && is_whole(g, f));
-        let (r1, r2) = (inner.0.edges[0][inner.0.n(0)], outer.0.edges[0][0]);
-        if !same_axis(inner.0, outer.0) || !same_ends || !full || r1 >= r2 {
+        let (line, _) = axis_of(inner.grid)?;
+        let apart = |end: Side| (face_position(inner.grid, end) - face_position(outer.grid, end)).abs();
+        let same_ends = [Side::Low2, Side::High2].into_iter().all(|end| apart(end) < SAME);
+        let full = [inner, outer].iter().all(|face| face.grid.wraps(1) && is_whole(face.grid, face.piece));
+        let (r1, r2) = (inner.grid.edges[0][inner.grid.n(0)], outer.grid.edges[0][0]);
+        if !same_axis(inner.grid, outer.grid) || !same_ends || !full || r1 >= r2 {
             return None;
         }
-        let around = bounds(self.shapes[outer.1.grid]);
-        let aside = |shape: &Shape| match shape {
-            Shape::Cylinder { axis, base, inner: own_inner, outer: own_outer, .. } => {
-                let [u, v] = Frame::normals(line);
-                let [cu, cv] = axis_of(outer.0).map_or([0.0; 2], |l| l.1);
+        let around = bounds(self.shapes[outer.piece.grid]);
+        let aside = |shape: &BlockShape| match shape {
+            BlockShape::Cylinder { axis, base, inner: own_inner, outer: own_outer, .. } => {
+                let [u, v] = LocalFrame::normals(line);
+                let [cu, cv] = axis_of(outer.grid).map_or([0.0; 2], |l| l.1);
                 *axis == line && (base[u] - cu).hypot(base[v] - cv) < SAME && (*own_outer <= r1 + SAME || *own_inner >= r2 - SAME)
             }
             _ => false,
         };
-        let length = outer.0.edges[2][outer.0.n(2)] - outer.0.edges[2][0];
-        self.is_clear(around.0, around.1, aside).then(|| inner.1.area(inner.0) * view::coaxial_cylinders(r1, r2, length)[1])
+        let length = outer.grid.edges[2][outer.grid.n(2)] - outer.grid.edges[2][0];
+        self.is_clear(around.0, around.1, aside).then(|| inner.piece.area(inner.grid) * view::coaxial_cylinders(r1, r2, length)[1])
     }
 
     /// Two concentric spheres that face each other.
-    fn spheres(&self, a: (&Grid, &Facet), b: (&Grid, &Facet)) -> Option<f64> {
-        let (Frame::Spherical { centre }, Frame::Spherical { centre: other }) = (a.0.frame, b.0.frame) else { return None };
+    fn spheres(&self, a: GridFace<'_>, b: GridFace<'_>) -> Option<f64> {
+        let (LocalFrame::Spherical { centre }, LocalFrame::Spherical { centre: other }) = (a.grid.frame, b.grid.frame) else { return None };
         let apart = |p: &[f64; 3], q: &[f64; 3]| (0..3).map(|d| (p[d] - q[d]).powi(2)).sum::<f64>().sqrt();
-        let (inner, outer) = match (a.1.side, b.1.side) {
+        let (inner, outer) = match (a.piece.side, b.piece.side) {
             (Side::High0, Side::Low0) => (a, b),
             (Side::Low0, Side::High0) => (b, a),
             _ => return None,
         };
-        let (r1, r2) = (inner.0.edges[0][inner.0.n(0)], outer.0.edges[0][0]);
-        if apart(&centre, &other) > SAME || r1 >= r2 || !is_whole(inner.0, inner.1) || !is_whole(outer.0, outer.1) {
+        let (r1, r2) = (inner.grid.edges[0][inner.grid.n(0)], outer.grid.edges[0][0]);
+        if apart(&centre, &other) > SAME || r1 >= r2 || !is_whole(inner.grid, inner.piece) || !is_whole(outer.grid, outer.piece) {
             return None;
         }
-        let aside = |shape: &Shape| match shape {
-            Shape::Sphere { centre: own, inner, outer } => apart(own, &centre) < SAME && (*outer <= r1 + SAME || *inner >= r2 - SAME),
+        let aside = |shape: &BlockShape| match shape {
+            BlockShape::Sphere { centre: own, inner, outer } => apart(own, &centre) < SAME && (*outer <= r1 + SAME || *inner >= r2 - SAME),
             _ => false,
         };
-        let around = bounds(self.shapes[outer.1.grid]);
-        self.is_clear(around.0, around.1, aside).then(|| inner.1.area(inner.0) * view::concentric_spheres(r1, r2)[1])
+        let around = bounds(self.shapes[outer.piece.grid]);
+        self.is_clear(around.0, around.1, aside).then(|| inner.piece.area(inner.grid) * view::concentric_spheres(r1, r2)[1])
     }
 }
 
 /// Whether no point of a side sees another of it.
 fn is_convex(grid: &Grid, side: Side) -> bool {
-    matches!(grid.frame, Frame::Cartesian) || side != Side::Low0
+    matches!(grid.frame, LocalFrame::Cartesian) || side != Side::Low0
 }
 
 /// Whether a facet is all of its side.
-fn is_whole(grid: &Grid, facet: &Facet) -> bool {
+fn is_whole(grid: &Grid, facet: &SidePiece) -> bool {
     tangents(facet.side.axis())
         .iter()
         .zip(0..2)
         .all(|(d, i)| facet.low[i] == grid.edges[*d][0] && facet.high[i] == grid.edges[*d][grid.n(*d)])
 }
 
-fn axis_of(grid: &Grid) -> Option<(coldplate_describe::machine::Axis, [f64; 2])> {
-    if let Frame::Cylindrical { axis, centre, .. } = grid.frame { Some((axis, centre)) } else { None }
+fn axis_of(grid: &Grid) -> Option<(coldplate_describe::machine::CoordinateAxis, [f64; 2])> {
+    if let LocalFrame::Cylindrical { axis, centre, .. } = grid.frame { Some((axis, centre)) } else { None }
 }
 
 fn same_axis(a: &Grid, b: &Grid) -> bool {
     matches!((axis_of(a), axis_of(b)), (Some((p, c)), Some((q, e))) if p == q && (c[0] - e[0]).hypot(c[1] - e[1]) < SAME)
 }
 
-fn rectangle(grid: &Grid, facet: &Facet) -> Rectangle {
+fn rectangle(grid: &Grid, facet: &SidePiece) -> Rectangle {
     let axis = facet.side.axis();
-    let at = grid.edges[axis][if facet.side.is_high() { grid.n(axis) } else { 0 }];
+    let at = face_position(grid, facet.side);
     let mut extents = [(at, at); 3];
     for (i, d) in tangents(axis).into_iter().enumerate() {
         extents[d] = (facet.low[i], facet.high[i]);

@@ -6,7 +6,7 @@ mod forms;
 use nalgebra::DMatrix;
 
 use crate::mesh::Mesh;
-use crate::mesh::sight::{Facet, Seen, look};
+use crate::mesh::sight::{SidePiece, SurfaceView, look};
 use coldplate_base::error::{Error, Result};
 use coldplate_describe::machine::{Enclosure, Machine};
 use coldplate_physics::exchange::{complete, enforce};
@@ -19,7 +19,7 @@ pub(super) struct Patch {
     /// Name in reports.
     pub(super) name: String,
     /// Faces of the patch; none where it is no part of the mesh.
-    pub(super) facets: Vec<Facet>,
+    pub(super) facets: Vec<SidePiece>,
     /// Open area, m².
     pub(super) area: f64,
 }
@@ -131,7 +131,8 @@ pub(super) fn computed(
     mesh: &Mesh,
     enclosure: &Enclosure,
     patches: &[Patch],
-    (rays, closed_forms): (usize, bool),
+    rays: usize,
+    closed_forms: bool,
     sealed: bool,
 ) -> Result<Seeing> {
     let n = patches.len();
@@ -149,8 +150,8 @@ pub(super) fn computed(
     }
     let wanted: Vec<bool> = unknown.iter().map(|row| row.contains(&true)).collect();
     let mut notes = Vec::new();
-    let surfaces: Vec<Vec<Facet>> = patches.iter().map(|p| p.facets.clone()).collect();
-    let seen: Vec<Option<Seen>> = if wanted.contains(&true) {
+    let surfaces: Vec<Vec<SidePiece>> = patches.iter().map(|p| p.facets.clone()).collect();
+    let seen: Vec<Option<SurfaceView>> = if wanted.contains(&true) {
         let key = cache::key(machine, mesh, &surfaces, &wanted, rays);
         let kept = enclosure.cache.as_ref().and_then(|path| cache::read(path, &key, &wanted, &mut notes));
         kept.unwrap_or_else(|| {

@@ -1,15 +1,15 @@
 //! Polygons in a plane: clipping, and integrals of linear functions and their products.
 
 /// A corner of a polygon.
-pub type Point = [f64; 2];
+pub type Corner = [f64; 2];
 
 /// The part of a polygon inside a convex one, both counted counter-clockwise (Sutherland and Hodgman 1974: clip by
 /// one half plane after the other).
-pub fn clip(polygon: &[Point], convex: &[Point]) -> Vec<Point> {
+pub fn clip(polygon: &[Corner], convex: &[Corner]) -> Vec<Corner> {
     let mut current = polygon.to_vec();
     for (i, a) in convex.iter().enumerate() {
         let b = convex[(i + 1) % convex.len()];
-        let height = |p: &Point| (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]);
+        let height = |p: &Corner| (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]);
         let mut next = Vec::with_capacity(current.len() + 2);
         for (j, p) in current.iter().enumerate() {
             let q = &current[(j + 1) % current.len()];
@@ -31,7 +31,7 @@ pub fn clip(polygon: &[Point], convex: &[Point]) -> Vec<Point> {
 }
 
 /// Signed area, positive counter-clockwise.
-pub fn area(polygon: &[Point]) -> f64 {
+pub fn area(polygon: &[Corner]) -> f64 {
     let Some(first) = polygon.first() else { return 0.0 };
     let mut twice = 0.0;
     for pair in polygon.windows(2) {
@@ -44,14 +44,14 @@ pub fn area(polygon: &[Point]) -> f64 {
 
 /// Points and weights that integrate quadratic functions over a polygon exactly: a fan of triangles with the
 /// midpoints of their edges. The weights sum to the area; some are negative where the polygon is not convex.
-pub fn quadrature(polygon: &[Point]) -> Vec<(Point, f64)> {
+pub fn quadrature(polygon: &[Corner]) -> Vec<(Corner, f64)> {
     let mut found = Vec::new();
     let Some(a) = polygon.first() else { return found };
     for pair in polygon[1..].windows(2) {
         let (b, c) = (pair[0], pair[1]);
         let third = ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])) / 6.0;
         if third != 0.0 {
-            let middle = |p: &Point, q: &Point| [(p[0] + q[0]) / 2.0, (p[1] + q[1]) / 2.0];
+            let middle = |p: &Corner, q: &Corner| [(p[0] + q[0]) / 2.0, (p[1] + q[1]) / 2.0];
             found.extend([(middle(a, &b), third), (middle(&b, &c), third), (middle(&c, a), third)]);
         }
     }
@@ -59,9 +59,9 @@ pub fn quadrature(polygon: &[Point]) -> Vec<(Point, f64)> {
 }
 
 /// The three linear shape functions of a triangle at a point.
-pub fn shape_functions(t: &[Point; 3], at: &Point) -> [f64; 3] {
+pub fn shape_functions(t: &[Corner; 3], at: &Corner) -> [f64; 3] {
     let twice = area(t) * 2.0;
-    let part = |b: &Point, c: &Point| ((b[0] - at[0]) * (c[1] - at[1]) - (b[1] - at[1]) * (c[0] - at[0])) / twice;
+    let part = |b: &Corner, c: &Corner| ((b[0] - at[0]) * (c[1] - at[1]) - (b[1] - at[1]) * (c[0] - at[0])) / twice;
     let (u, v) = (part(&t[1], &t[2]), part(&t[2], &t[0]));
     [u, v, 1.0 - u - v]
 }

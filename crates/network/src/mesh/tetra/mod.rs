@@ -169,11 +169,4 @@ impl Tetra {
         }
         edges
     }
-
-    /// Width of the elements at a point, m: the edge of a cube that holds as much as the vertices around it stand for.
-    pub fn width_at(&self, point: [f64; 3]) -> Option<f64> {
-        let corners = self.interpolate(point)?;
-        let mean = corners.iter().map(|(node, _)| self.volumes[node - self.first]).sum::<f64>() / 4.0;
-        Some(mean.cbrt())
-    }
 }

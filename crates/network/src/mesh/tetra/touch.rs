@@ -9,8 +9,8 @@ use std::collections::HashMap;
 use std::f64::consts::TAU;
 
 use super::Tetra;
-use super::clip::{Point, area, clip, quadrature, shape_functions};
-use crate::mesh::grid::{Frame, Grid, tangents};
+use super::clip::{Corner, area, clip, quadrature, shape_functions};
+use crate::mesh::grid::{Grid, LocalFrame, tangents};
 use crate::mesh::overlap::{TOUCHING, face_position, indices_between, tile_polygon};
 use coldplate_base::vector::{cross, dot, minus, norm};
 use coldplate_describe::machine::Side;
@@ -40,13 +40,13 @@ pub struct Touch {
     /// Neighbour of the imported volume.
     pub other: Other,
     /// Shared areas, triangle by triangle.
-    pub pieces: Vec<Piece>,
+    pub pieces: Vec<SharedArea>,
 }
 
 /// The area one triangle shares with one cell, or with one triangle of another volume. N are the shape functions of the
 /// triangle, M those of the other (of a cell: one, which is 1).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Piece {
+pub struct SharedArea {
     /// Boundary triangle.
     pub face: u32,
     /// Cell by its number in the mesh, or boundary triangle of the other volume.
@@ -64,7 +64,7 @@ pub struct Piece {
     pub bond: f64,
 }
 
-impl Piece {
+impl SharedArea {
     /// Shared area, m².
     pub fn area(&self) -> f64 {
         self.shared.iter().flatten().sum()
@@ -86,18 +86,18 @@ impl Piece {
     }
 }
 
-/// The pairs of corners that [`Piece::own`] and [`Piece::far`] count.
+/// The pairs of corners that [`SharedArea::own`] and [`SharedArea::far`] count.
 pub const PAIRS: [(usize, usize); 3] = [(0, 1), (0, 2), (1, 2)];
 
 /// A triangle laid into the coordinates of a face.
 struct Laid {
-    at: [Point; 3],
+    at: [Corner; 3],
     /// True area over area in these coordinates.
     scale: f64,
 }
 
 /// Pieces shared by a volume's boundary and one side of a grid.
-pub(in crate::mesh) fn with_grid(tetra: &Tetra, grid: &Grid, side: Side) -> Vec<Piece> {
+pub(in crate::mesh) fn with_grid(tetra: &Tetra, grid: &Grid, side: Side) -> Vec<SharedArea> {
     let mut found = Vec::new();
     // The one cell of a spherical shell has no place for triangles: spheres are joined by a stated area.
     if grid.wraps(side.axis()) || grid.is_spherical() {
@@ -109,11 +109,11 @@ pub(in crate::mesh) fn with_grid(tetra: &Tetra, grid: &Grid, side: Side) -> Vec<
         let Some(laid) = lay(tetra, face, grid, side) else { continue };
         let total = area(&laid.at);
         let sign = total.signum();
-        let mut keep = |cell: usize, polygon: &[Point], scale: f64, sign: f64| {
+        let mut keep = |cell: usize, polygon: &[Corner], scale: f64, sign: f64| {
             if area(polygon).abs() <= SLIVER * total.abs() {
                 return;
             }
-            let mut piece = Piece::new(face, cell);
+            let mut piece = SharedArea::new(face, cell);
             for (point, weight) in quadrature(polygon) {
                 piece.add(shape_functions(&laid.at, &point), [1.0, 0.0, 0.0], weight * sign * scale);
             }
@@ -156,15 +156,15 @@ pub(in crate::mesh) fn with_grid(tetra: &Tetra, grid: &Grid, side: Side) -> Vec<
 /// An end face's cell as a polygon.
 struct Tile {
     cell: usize,
-    polygon: Vec<Point>,
-    low: Point,
-    high: Point,
+    polygon: Vec<Corner>,
+    low: Corner,
+    high: Corner,
     scale: f64,
 }
 
 fn tiles(grid: &Grid, side: Side) -> Vec<Tile> {
-    let Frame::Cylindrical { axis, .. } = grid.frame else { return Vec::new() };
-    let [u, v] = Frame::normals(axis);
+    let LocalFrame::Cylindrical { axis, .. } = grid.frame else { return Vec::new() };
+    let [u, v] = LocalFrame::normals(axis);
     let tile = |c: [usize; 3]| {
         let polygon = tile_polygon(grid, c, u, v);
         let (low, high) = bounds(&polygon);
@@ -174,7 +174,7 @@ fn tiles(grid: &Grid, side: Side) -> Vec<Tile> {
     grid.side_cells(side).map(tile).collect()
 }
 
-fn bounds(points: &[Point]) -> (Point, Point) {
+fn bounds(points: &[Corner]) -> (Corner, Corner) {
     let mut found = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
     for p in points {
         for (d, x) in p.iter().enumerate() {
@@ -203,13 +203,13 @@ fn lay(tetra: &Tetra, face: usize, grid: &Grid, side: Side) -> Option<Laid> {
         e[axis] = 1.0;
         e
     };
-    let Frame::Cylindrical { axis, centre, .. } = grid.frame else {
+    let LocalFrame::Cylindrical { axis, centre, .. } = grid.frame else {
         let [p, q] = tangents(d);
         let on = corners.iter().all(|x| (x[d] - position).abs() <= near) && faces(unit(d), 0.99);
         return on.then(|| Laid { at: corners.map(|x| [x[p], x[q]]), scale: 1.0 });
     };
     let z = axis.index();
-    let [u, v] = Frame::normals(axis);
+    let [u, v] = LocalFrame::normals(axis);
     let flat = corners.map(|x| [x[u] - centre[0], x[v] - centre[1]]);
     let radial = |direction: [f64; 2]| {
         let mut e = [0.0; 3];
@@ -243,7 +243,7 @@ fn lay(tetra: &Tetra, face: usize, grid: &Grid, side: Side) -> Option<Laid> {
 }
 
 /// Pieces shared by the boundaries of two volumes.
-pub(in crate::mesh) fn with_tetra(a: &Tetra, b: &Tetra) -> Vec<Piece> {
+pub(in crate::mesh) fn with_tetra(a: &Tetra, b: &Tetra) -> Vec<SharedArea> {
     let mut found = Vec::new();
     let box_of = |t: &[[f64; 3]; 3]| {
         let along = |d: usize, f: fn(f64, f64) -> f64, start: f64| t.iter().map(|x| x[d]).fold(start, f);
@@ -285,7 +285,7 @@ pub(in crate::mesh) fn with_tetra(a: &Tetra, b: &Tetra) -> Vec<Piece> {
 }
 
 /// The shared area of two triangles.
-fn between(a: &Tetra, face: usize, b: &Tetra, other: usize, extent: f64) -> Option<Piece> {
+fn between(a: &Tetra, face: usize, b: &Tetra, other: usize, extent: f64) -> Option<SharedArea> {
     let (ta, tb) = (a.triangle(face), b.triangle(other));
     let (na, nb) = (a.face_normal(face), b.face_normal(other));
     let cosine = -dot(na, nb) / (norm(na) * norm(nb));
@@ -293,7 +293,7 @@ fn between(a: &Tetra, face: usize, b: &Tetra, other: usize, extent: f64) -> Opti
         return None;
     }
     let edge = longest_edge(&ta).max(longest_edge(&tb));
-    let mut piece = Piece::new(face, other);
+    let mut piece = SharedArea::new(face, other);
     let mut twins = [usize::MAX; 3];
     for (i, p) in ta.iter().enumerate() {
         twins[i] = tb.iter().position(|q| norm(minus(*p, *q)) <= 1e-6 * edge).unwrap_or(usize::MAX);

@@ -1,6 +1,6 @@
 //! Choice of the lines of cells where more cells lower the errors most.
 
-use super::trial::{Counts, Line, cells};
+use super::trial::{CellLine, Counts, cells};
 
 /// Order at which a line's share in the errors is taken to fall with its number of cells, dimensionless. Chosen between the first and
 /// second order that trials believe.
@@ -16,7 +16,7 @@ const STEP: f64 = 0.25;
 /// A line of cells with its share in the errors of all readings.
 #[derive(Debug, Clone)]
 pub(super) struct Share {
-    pub line: Line,
+    pub line: CellLine,
     /// Error that the line's cells leave in every reading, over the accuracy.
     pub open: Vec<f64>,
     /// Fewest cells that the line may have; a number that was too small in an earlier round is the bound.
@@ -44,7 +44,7 @@ fn squares(shares: &[Share], readings: usize) -> Vec<f64> {
 /// Cells along all lines that bring the errors down to `aim` (over the accuracy), or by [`FALL`]. `whole` is the error in every reading
 /// with all lines together; the shares say which lines it comes from. If lines may shrink, all start coarser; then cells go to the line
 /// that lowers the excess over the aim most per added cell. The shares are brought up to date.
-pub(super) fn refined(counts: &Counts, shares: &mut [Share], whole: &[f64], (aim, may_shrink): (f64, bool)) -> Counts {
+pub(super) fn refined(counts: &Counts, shares: &mut [Share], whole: &[f64], aim: f64, may_shrink: bool) -> Counts {
     let now = squares(shares, whole.len());
     let factor = |(w, square): (&f64, &f64)| if *square > 0.0 { w / square.sqrt() / aim.max(w / FALL) } else { 0.0 };
     let factor: Vec<f64> = whole.iter().zip(&now).map(factor).collect();
@@ -60,7 +60,7 @@ pub(super) fn refined(counts: &Counts, shares: &mut [Share], whole: &[f64], (aim
     loop {
         let best = (shares.iter().enumerate())
             .filter_map(|(k, share)| {
-                let Line { block, axis, .. } = share.line;
+                let CellLine { block, axis, .. } = share.line;
                 let n = found[block][axis];
                 let more = n + ((n as f64 * STEP) as usize).max(1);
                 if more as f64 > MOST * counts[block][axis] as f64 {
@@ -74,7 +74,7 @@ pub(super) fn refined(counts: &Counts, shares: &mut [Share], whole: &[f64], (aim
             })
             .reduce(|a, b| if b.2 > a.2 { b } else { a });
         let Some((k, more, _)) = best else { break };
-        let Line { block, axis, .. } = shares[k].line;
+        let CellLine { block, axis, .. } = shares[k].line;
         for (open, own) in open.iter_mut().zip(&shares[k].open) {
             *open -= own * own * (1.0 - (found[block][axis] as f64 / more as f64).powf(2.0 * ORDER));
         }
@@ -82,7 +82,7 @@ pub(super) fn refined(counts: &Counts, shares: &mut [Share], whole: &[f64], (aim
         found[block][axis] = more;
     }
     for share in shares.iter_mut() {
-        let Line { block, axis, .. } = share.line;
+        let CellLine { block, axis, .. } = share.line;
         if found[block][axis] > counts[block][axis] {
             share.least = counts[block][axis];
         }

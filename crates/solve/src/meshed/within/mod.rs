@@ -106,8 +106,8 @@ fn choose(machine: &Machine, accuracy: f64, conditions: &[Condition], progress: 
                 let estimates: Vec<f64> = everywhere.open.iter().map(|open| open * accuracy).collect();
                 let (sensors, limits) = trials.worst(&estimates);
                 let checked_on = cells(&changed(&counts, &trials.lines, |n| 2 * n)) as usize;
-                let beside = |(part, lines): &(usize, Vec<trial::Line>)| -> Result<(usize, f64)> {
-                    let open = finer(&trials, (&counts, lines), (&all, &everywhere.own))?;
+                let beside = |(part, lines): &(usize, Vec<trial::CellLine>)| -> Result<(usize, f64)> {
+                    let open = finer(&trials, &counts, lines, &all, &everywhere.own)?;
                     Ok((*part, accuracy * open.iter().fold(0.0, |m: f64, e| m.max(e.abs()))))
                 };
                 let stated = trials.stated.iter().map(beside).collect::<Result<_>>()?;
@@ -122,8 +122,8 @@ fn choose(machine: &Machine, accuracy: f64, conditions: &[Condition], progress: 
             let why = format!("so little takes more than {MOST_CELLS} cells");
             return Err(beyond(&rounds, accuracy, trials.name(at), &why));
         }
-        shares = asked(&trials, &counts, (&asked_at, &whole.own), &shares, progress)?;
-        let more = refined(&counts, &mut shares, &whole.open, (aim, rounds.len() <= SHRINKING));
+        shares = asked(&trials, &counts, &asked_at, &whole.own, &shares, progress)?;
+        let more = refined(&counts, &mut shares, &whole.open, aim, rounds.len() <= SHRINKING);
         if more == counts {
             aim *= 0.7;
         }
@@ -142,21 +142,15 @@ fn beyond(rounds: &[(usize, f64)], accuracy: f64, reading: &str, why: &str) -> E
 }
 
 /// Share of every line in the errors, from readings `own` at conditions `at`; a line that was negligible before keeps its known share.
-fn asked(
-    trials: &Trials<'_>,
-    counts: &Counts,
-    (at, own): (&[usize], &[f64]),
-    known: &[Share],
-    progress: &dyn Progress,
-) -> Result<Vec<Share>> {
+fn asked(trials: &Trials<'_>, counts: &Counts, at: &[usize], own: &[f64], known: &[Share], progress: &dyn Progress) -> Result<Vec<Share>> {
     let done = AtomicUsize::new(0);
     let lines = &trials.lines;
-    let of = |line: &trial::Line| -> Result<Share> {
+    let of = |line: &trial::CellLine| -> Result<Share> {
         if let Some(share) = known.iter().find(|s| s.line == *line && s.largest() < NEGLIGIBLE) {
             return Ok(share.clone());
         }
         let least = known.iter().find(|s| s.line == *line).map_or(line.least.max(FEWEST), |s| s.least);
-        let open = finer(trials, (counts, &[*line]), (at, own))?;
+        let open = finer(trials, counts, &[*line], at, own)?;
         progress.count(1 + done.fetch_add(1, Ordering::Relaxed), lines.len(), "lines of cells");
         Ok(Share { line: *line, open, least })
     };
@@ -164,7 +158,7 @@ fn asked(
 }
 
 /// Error that the cells of some lines leave in readings `own` at conditions `at`, over the accuracy, from twice as many cells.
-fn finer(trials: &Trials<'_>, (counts, lines): (&Counts, &[trial::Line]), (at, own): (&[usize], &[f64])) -> Result<Vec<f64>> {
+fn finer(trials: &Trials<'_>, counts: &Counts, lines: &[trial::CellLine], at: &[usize], own: &[f64]) -> Result<Vec<f64>> {
     let values = trials.values(&changed(counts, lines, |n| 2 * n), at)?;
     let factor = 1.0 / ((1.0 - 0.5f64.powf(ORDER)) * trials.accuracy);
     Ok(values.iter().zip(own).map(|(v, o)| (v - o) * factor).collect())

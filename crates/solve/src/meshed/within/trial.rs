@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use crate::meshed::{MeshedMachine, budget, limit_states};
 use coldplate_base::error::{Error, Result};
 use coldplate_base::units::Measurand;
-use coldplate_describe::machine::{Block, Condition, Machine, Reading, Shape};
+use coldplate_describe::machine::{BlockShape, Condition, Machine, PartBlock, SensorReading};
 use coldplate_network::Load;
 use coldplate_network::mesh::Mesh;
 
@@ -19,7 +19,7 @@ pub(super) type Counts = Vec<[usize; 3]>;
 
 /// An axis of a block whose cells the file leaves open.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Line {
+pub(super) struct CellLine {
     /// Index of the block, in the order of parts and blocks.
     pub block: usize,
     /// Axis of the block.
@@ -35,9 +35,9 @@ pub(super) struct Trials<'a> {
     /// Error that the mesh may leave, K.
     pub accuracy: f64,
     /// The axes whose cells are to be chosen.
-    pub lines: Vec<Line>,
+    pub lines: Vec<CellLine>,
     /// For each part (index): the lines whose cells the file states; parts without such lines are left out.
-    pub stated: Vec<(usize, Vec<Line>)>,
+    pub stated: Vec<(usize, Vec<CellLine>)>,
     /// Whether each sensor, then each limit, is a temperature or a difference of temperatures.
     wanted: Vec<bool>,
 }
@@ -76,14 +76,14 @@ impl<'a> Trials<'a> {
         let wanted = sensors.chain(machine.limits.iter().map(|l| l.kind.points().all(is_temperature))).collect();
         // Displacements are not wanted, and cost a solution of the elastic structure on every mesh.
         for sensor in machine.sensors.iter_mut().filter(|s| s.reads.is_displacement()) {
-            sensor.reads = Reading::PartMean(0);
+            sensor.reads = SensorReading::PartMean(0);
         }
         machine.enclosures.iter_mut().for_each(|e| e.cache = None);
         let mut lines = Vec::new();
-        let mut stated: Vec<(usize, Vec<Line>)> = Vec::new();
+        let mut stated: Vec<(usize, Vec<CellLine>)> = Vec::new();
         let blocks = machine.parts.iter().enumerate().flat_map(|(p, part)| part.blocks.iter().map(move |own| (p, own)));
         for (block, (part, own)) in blocks.enumerate() {
-            let (kept, open): (Vec<Line>, Vec<Line>) = lines_of(block, own).partition(|line| own.cells[line.axis].is_some());
+            let (kept, open): (Vec<CellLine>, Vec<CellLine>) = lines_of(block, own).partition(|line| own.cells[line.axis].is_some());
             lines.extend(open);
             match stated.last_mut().filter(|last| last.0 == part) {
                 Some((_, more)) => more.extend(kept),
@@ -171,13 +171,13 @@ impl<'a> Trials<'a> {
 }
 
 /// The axes of a block that have cells.
-fn lines_of(block: usize, own: &Block) -> impl Iterator<Item = Line> + use<> {
+fn lines_of(block: usize, own: &PartBlock) -> impl Iterator<Item = CellLine> + use<> {
     let (axes, is_turn) = match own.shape {
-        Shape::Box { .. } => (3, false),
-        Shape::Cylinder { turn, .. } => (3, turn.1 - turn.0 > 0.99 * TAU),
-        Shape::Sphere { .. } => (1, false),
+        BlockShape::Box { .. } => (3, false),
+        BlockShape::Cylinder { turn, .. } => (3, turn.1 - turn.0 > 0.99 * TAU),
+        BlockShape::Sphere { .. } => (1, false),
     };
-    (0..axes).map(move |axis| Line { block, axis, least: if is_turn && axis == 1 { 4 } else { 1 } })
+    (0..axes).map(move |axis| CellLine { block, axis, least: if is_turn && axis == 1 { 4 } else { 1 } })
 }
 
 /// Error of a mesh in a reading, K, from the reading on it (`own`) and on meshes with twice and half the cells along every line. At
@@ -195,7 +195,7 @@ pub(super) fn cells(counts: &Counts) -> f64 {
 }
 
 /// The counts with those of `lines` changed.
-pub(super) fn changed(counts: &Counts, lines: &[Line], to: impl Fn(usize) -> usize) -> Counts {
+pub(super) fn changed(counts: &Counts, lines: &[CellLine], to: impl Fn(usize) -> usize) -> Counts {
     let mut found = counts.clone();
     for line in lines {
         let n = &mut found[line.block][line.axis];

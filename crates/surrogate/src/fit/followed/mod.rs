@@ -9,11 +9,13 @@ use coldplate_runtime::format;
 use rayon::prelude::*;
 
 use super::evaluate::{monomial, scale_row};
-use super::least_squares::{Orthonormal, left_out, max_abs, rms};
-use super::model::{Followed, FollowedVariable, Interaction, MOVED, Surrogate, Transform};
-use super::polynomial::{Search, forward, monomial_columns};
+use super::least_squares::{Orthonormal, left_out, max_abs};
+use super::model::{FollowedSpec, FollowedVariable, Interaction, MOVED, SurrogateSpec, Transform};
+use super::polynomial::{PolynomialSearch, forward, monomial_columns};
 use coldplate_base::error::{Error, Result};
-use coldplate_tables::{FOLLOW_CHECK, Table};
+use coldplate_base::numbers::root_mean_square;
+use coldplate_base::terms::FOLLOW_CHECK;
+use coldplate_tables::Table;
 
 /// Largest degree of a change in the variables that were varied. Chosen: more terms need more full solves.
 const MOST_DEGREE: usize = 2;
@@ -47,12 +49,12 @@ struct Moved {
     is_check: bool,
 }
 
-impl Followed {
+impl FollowedSpec {
     /// Fits the changes to a table of conditions at which variables that the surrogate holds have other values.
     ///
     /// # Errors
     /// The table lacks a variable or a point of the surrogate, or has too few conditions for any variable.
-    pub fn fit(surrogate: &Surrogate, table: &Table) -> Result<Self> {
+    pub fn fit(surrogate: &SurrogateSpec, table: &Table) -> Result<Self> {
         let (checks, rows): (Vec<Moved>, Vec<Moved>) = moved(surrogate, table)?.into_iter().partition(|row| row.is_check);
         let (alone, together): (Vec<Moved>, Vec<Moved>) = rows.into_iter().partition(|row| row.to.len() == 1);
         let mut by_variable: BTreeMap<usize, Vec<Moved>> = BTreeMap::new();
@@ -81,7 +83,7 @@ impl Followed {
 
     /// Interactions at a point, fitted to the difference between moving several variables at once and the sum of their
     /// changes: the change with one variable in proportion to another.
-    fn interactions_of(&self, surrogate: &Surrogate, point: usize, together: &[Moved]) -> Vec<Interaction> {
+    fn interactions_of(&self, surrogate: &SurrogateSpec, point: usize, together: &[Moved]) -> Vec<Interaction> {
         let n = self.variables.len();
         let (mut gaps, mut columns) = (Vec::new(), vec![Vec::new(); n * n]);
         for row in together {
@@ -95,27 +97,27 @@ impl Followed {
                 column.push(if k == l { 0.0 } else { of(k).0 * of(l).1 / size });
             }
         }
-        columns.iter_mut().filter(|column| rms(column) < LEAST_SHARE).for_each(|column| column.fill(0.0));
+        columns.iter_mut().filter(|column| root_mean_square(column) < LEAST_SHARE).for_each(|column| column.fill(0.0));
         let picked = forward(&columns, &gaps, together.len() / INTERACTIONS_PER_ROW, false);
         let mut basis = Orthonormal::new();
         let picked: Vec<usize> = picked.into_iter().filter(|place| basis.push(&columns[*place])).collect();
         let mut residuals = gaps.clone();
         let factors = basis.back_substitute(&basis.project_out(&mut residuals));
-        if rms(&left_out(&residuals, &basis.leverages(gaps.len()))) > (1.0 - WORTH) * rms(&gaps) {
+        if root_mean_square(&left_out(&residuals, &basis.leverages(gaps.len()))) > (1.0 - WORTH) * root_mean_square(&gaps) {
             return Vec::new();
         }
         picked.into_iter().zip(factors).map(|(place, factor)| Interaction { point, of: place / n, by: place % n, factor }).collect()
     }
 
     /// Error of the changes of a point at held-out conditions, over the stated standard deviation; at least one.
-    fn error(&self, surrogate: &Surrogate, point: usize, checks: &[Moved]) -> f64 {
+    fn error(&self, surrogate: &SurrogateSpec, point: usize, checks: &[Moved]) -> f64 {
         let ratio = |row: &Moved| {
             let found: f64 = self.interacting(surrogate, &row.to, point, &row.x).map(|(part, factor)| part.change * factor).sum();
             (row.change[point] - found) / self.deviation(point, &self.parts(surrogate, &row.to, point, &row.x))
         };
         let ratios: Vec<f64> = checks.iter().map(ratio).collect();
         // The largest of ten normal numbers lies at one and a half deviations; errors of products have longer tails.
-        rms(&ratios).max(max_abs(&ratios) / LARGEST).max(1.0)
+        root_mean_square(&ratios).max(max_abs(&ratios) / LARGEST).max(1.0)
     }
 
     /// Standard deviation of the changes that moved variables make by themselves, taken together.
@@ -124,7 +126,7 @@ impl Followed {
     }
 
     /// Change of a point at condition `x` by each moved variable (index in the surrogate's list, value) alone.
-    fn parts(&self, surrogate: &Surrogate, to: &[(usize, f64)], point: usize, x: &[f64]) -> Vec<Part> {
+    fn parts(&self, surrogate: &SurrogateSpec, to: &[(usize, f64)], point: usize, x: &[f64]) -> Vec<Part> {
         let u = scale_row(&surrogate.variables, &self.transforms, x);
         let part = |(held, value): &(usize, f64)| {
             let variable = self.variables.iter().position(|v| v.held == *held)?;
@@ -137,7 +139,7 @@ impl Followed {
     }
 
     /// Change by each moved variable alone, with the factor by which the others multiply it.
-    fn interacting(&self, surrogate: &Surrogate, to: &[(usize, f64)], point: usize, x: &[f64]) -> impl Iterator<Item = (Part, f64)> {
+    fn interacting(&self, surrogate: &SurrogateSpec, to: &[(usize, f64)], point: usize, x: &[f64]) -> impl Iterator<Item = (Part, f64)> {
         let parts = self.parts(surrogate, to, point, x);
         let others: Vec<(usize, f64)> = parts.iter().map(|p| (p.variable, p.t)).collect();
         parts.into_iter().map(move |part| {
@@ -156,7 +158,7 @@ impl Followed {
 
 /// Change of a point by one moved variable.
 struct Part {
-    /// Index into [`Followed::variables`].
+    /// Index into [`FollowedSpec::variables`].
     variable: usize,
     /// Change of the variable over its range, dimensionless.
     t: f64,
@@ -164,7 +166,7 @@ struct Part {
 }
 
 /// The conditions of a table, with the changes of the surrogate's answers by the held variables.
-fn moved(surrogate: &Surrogate, table: &Table) -> Result<Vec<Moved>> {
+fn moved(surrogate: &SurrogateSpec, table: &Table) -> Result<Vec<Moved>> {
     let column = |name: &str| {
         let found = table.columns.iter().find(|c| c.name == name).map(|c| &c.values);
         found.ok_or_else(|| {
@@ -200,10 +202,10 @@ struct Shape {
 impl Shape {
     /// The transforms of the slopes if the surrogate has any, so that both fit into one table; otherwise the transforms
     /// with the least leave-one-out error.
-    fn choose(surrogate: &Surrogate, by_variable: &BTreeMap<usize, Vec<Moved>>) -> Result<Self> {
+    fn choose(surrogate: &SurrogateSpec, by_variable: &BTreeMap<usize, Vec<Moved>>) -> Result<Self> {
         let variables = &surrogate.variables;
         let active: Vec<bool> = variables.iter().map(|v| v.high > v.low).collect();
-        let search = Search { variables, active: &active, max_degree: MOST_DEGREE };
+        let search = PolynomialSearch { variables, active: &active, max_degree: MOST_DEGREE };
         let rows: Vec<&[f64]> = by_variable.values().flatten().map(|row| row.x.as_slice()).collect();
         let terms = (0..=MOST_DEGREE).rev().map(|degree| search.terms(degree)).find(|terms| terms.len() <= format::MAX_SLOPE_TERMS);
         let terms = terms.unwrap_or_default();
@@ -214,14 +216,14 @@ impl Shape {
         let tried = transforms.into_par_iter().map(|transforms| {
             let shape = Self { transforms, terms: terms.clone() };
             let errors = by_variable.iter().flat_map(|(held, rows)| shape.variable(surrogate, *held, rows).errors);
-            (rms(&errors.collect::<Vec<_>>()), shape)
+            (root_mean_square(&errors.collect::<Vec<_>>()), shape)
         });
         let best = tried.min_by(|a, b| a.0.total_cmp(&b.0));
         best.map(|(_, shape)| shape).ok_or_else(|| Error::numerics("no polynomial follows the held variables"))
     }
 
     /// The change with one variable, fitted to conditions at which it alone has another value.
-    fn variable(&self, surrogate: &Surrogate, held: usize, rows: &[Moved]) -> FollowedVariable {
+    fn variable(&self, surrogate: &SurrogateSpec, held: usize, rows: &[Moved]) -> FollowedVariable {
         let (low, high) = reach(surrogate, held, rows);
         let t: Vec<f64> = rows.iter().map(|row| (row.to[0].1 - surrogate.held[held].value) / (high - low)).collect();
         let scaled: Vec<Vec<f64>> = rows.iter().map(|row| scale_row(&surrogate.variables, &self.transforms, &row.x)).collect();
@@ -241,26 +243,26 @@ impl Shape {
             coefficients.push(own);
             // Terms were picked by the same rows: n / (n - p) keeps that from being rewarded.
             let (n, p) = (rows.len() as f64, picked.len() as f64);
-            errors.push(rms(&left_out(&residuals, &basis.leverages(rows.len()))) * (n / (n - p).max(1.0)).sqrt());
+            errors.push(root_mean_square(&left_out(&residuals, &basis.leverages(rows.len()))) * (n / (n - p).max(1.0)).sqrt());
         }
         FollowedVariable { held, low, high, coefficients, errors }
     }
 }
 
 /// The range of a held variable that some conditions span, the value it was held at included.
-fn reach(surrogate: &Surrogate, held: usize, rows: &[Moved]) -> (f64, f64) {
+fn reach(surrogate: &SurrogateSpec, held: usize, rows: &[Moved]) -> (f64, f64) {
     let own = surrogate.held[held].value;
     rows.iter().map(|row| row.to[0].1).fold((own, own), |(low, high), value| (low.min(value), high.max(value)))
 }
 
-impl Surrogate {
-    /// The surrogate of the same machine with other values of variables that it holds: index in [`Surrogate::held`] and value, each
+impl SurrogateSpec {
+    /// The surrogate of the same machine with other values of variables that it holds: index in [`SurrogateSpec::held`] and value, each
     /// within its range. The held values move with them, and the error of following is added to the model error.
     ///
     /// # Errors
     /// A variable that is not followed, or more uncertain parameters or terms than a file has room for.
     pub fn moved(&self, to: &[(usize, f64)]) -> Result<Self> {
-        let none = Followed::default();
+        let none = FollowedSpec::default();
         let followed = self.followed.as_ref().unwrap_or(&none);
         let mut after = self.clone();
         let mut uncertainty = self.uncertainty.clone().unwrap_or_default();

@@ -1,18 +1,18 @@
-//! The section of a surrogate file on how its answers follow held variables; `docs/surrogate-format.md` states the layout.
+//! The section of a surrogate file on how its answers follow held variables; `docs/reference/surrogate-sections.md` states the layout.
 
 use coldplate_runtime::format;
 
-use super::super::model::{Followed, FollowedVariable, Interaction, Surrogate, Transform};
+use super::super::model::{FollowedSpec, FollowedVariable, Interaction, SurrogateSpec, Transform};
 use coldplate_base::error::{Error, Result};
 
-/// Length of the header before the numbers, bytes; from `docs/surrogate-format.md`.
+/// Length of the header before the numbers, bytes; from `docs/reference/surrogate-sections.md`.
 const HEADER: usize = 16;
 
 /// The content of the section.
 ///
 /// # Errors
 /// Tables whose sizes do not agree with those of the surrogate.
-pub fn content(followed: &Followed, surrogate: &Surrogate) -> Result<Vec<u8>> {
+pub fn content(followed: &FollowedSpec, surrogate: &SurrogateSpec) -> Result<Vec<u8>> {
     let (points, variables) = (surrogate.points.len(), surrogate.variables.len());
     let is_whole = |v: &FollowedVariable| {
         v.held < surrogate.held.len()
@@ -52,7 +52,7 @@ pub fn content(followed: &Followed, surrogate: &Surrogate) -> Result<Vec<u8>> {
 ///
 /// # Errors
 /// Content of another length than stated, with numbers that are not finite, or about something the file does not have.
-pub fn read(bytes: &[u8], [variables, points, held, limits]: [usize; 4]) -> Result<Option<Followed>> {
+pub fn read(bytes: &[u8], [variables, points, held, limits]: [usize; 4]) -> Result<Option<FollowedSpec>> {
     if bytes.is_empty() {
         return Ok(None);
     }
@@ -111,7 +111,7 @@ pub fn read(bytes: &[u8], [variables, points, held, limits]: [usize; 4]) -> Resu
         coefficients: all.iter().skip(k * points).take(points).cloned().collect(),
         errors: own_errors[k * points..(k + 1) * points].to_vec(),
     };
-    Ok(Some(Followed {
+    Ok(Some(FollowedSpec {
         transforms,
         terms: exponents.chunks(pair.max(1)).map(term).collect(),
         variables: own.iter().enumerate().map(variable).collect(),

@@ -8,8 +8,8 @@ use rayon::prelude::*;
 
 use super::evaluate::{monomial, scale_row};
 use super::least_squares::{Orthonormal, axpy, dot};
-use super::model::{InTime, Shared, Surrogate};
-use super::polynomial::{Search, monomial_columns};
+use super::model::{InTimeSpec, SharedTerms, SurrogateSpec};
+use super::polynomial::{PolynomialSearch, monomial_columns};
 use coldplate_base::error::{Error, Result};
 
 /// Largest number of terms of the steady states, and their largest degree. Chosen: more terms fit better, but make
@@ -27,7 +27,7 @@ const AWAY: f64 = 2.0;
 
 /// Linear dynamics at a condition: z' = -rates (z - steady), points moved by outputs (z - steady).
 #[derive(Debug, Clone)]
-pub struct Sample {
+pub struct DynamicsSample {
     /// The condition, in the variables' units.
     pub x: Vec<f64>,
     /// States in the steady state.
@@ -38,16 +38,16 @@ pub struct Sample {
     pub outputs: Vec<f64>,
 }
 
-impl InTime {
+impl InTimeSpec {
     /// Fits samples that cover the range; `uniform` are the states of one temperature everywhere, at zero and per unit. The errors
     /// are left at zero.
     ///
     /// # Errors
     /// Samples of different sizes, too few of them, or numbers that are not finite.
-    pub fn fit(surrogate: &Surrogate, samples: &[Sample], uniform: [Vec<f64>; 2]) -> Result<Self> {
+    pub fn fit(surrogate: &SurrogateSpec, samples: &[DynamicsSample], uniform: [Vec<f64>; 2]) -> Result<Self> {
         let points = surrogate.points.len();
         let states = uniform[0].len();
-        let is_whole = |s: &Sample| {
+        let is_whole = |s: &DynamicsSample| {
             s.steady.len() == states
                 && s.rates.len() == states * states
                 && s.outputs.len() == points * states
@@ -57,14 +57,14 @@ impl InTime {
             return Err(Error::numerics("the dynamics of this machine cannot be fitted: too few conditions, or numbers that are none"));
         }
         let steady: Vec<Vec<f64>> = (0..states).map(|k| samples.iter().map(|s| s.steady[k]).collect()).collect();
-        let (steady_terms, steady) = shared(surrogate, samples, &steady, STEADY)?;
+        let (steady_terms, steady) = shared(surrogate, samples, &steady, STEADY.0, STEADY.1)?;
         // Errors of a rate are relative to the state's own rate.
         let own: Vec<f64> = (0..states).map(|k| samples[0].rates[k * (states + 1)].abs().max(f64::MIN_POSITIVE)).collect();
         let of_rates = (0..states * states).map(|k| samples.iter().map(|s| s.rates[k] / own[k % states]).collect());
         let of_outputs = (0..points * states).map(|k| samples.iter().map(|s| s.outputs[k]).collect());
         let moving: Vec<Vec<f64>> = of_rates.chain(of_outputs).collect();
         for most in (1..=MOVING.0).rev() {
-            let (moving_terms, all) = shared(surrogate, samples, &moving, (most, MOVING.1))?;
+            let (moving_terms, all) = shared(surrogate, samples, &moving, most, MOVING.1)?;
             let scale = |row: &[f64]| row.iter().enumerate().map(|(k, c)| c * own[k % states]).collect();
             let rates: Vec<Vec<f64>> = all.iter().map(|row| scale(&row[..states * states])).collect();
             if !is_stable(surrogate, samples, &moving_terms, &rates, states) {
@@ -94,14 +94,15 @@ impl InTime {
 /// Terms that all columns of values share, and their coefficients, term by term. They are chosen one after the other by
 /// their reduction of the residual of all columns together.
 fn shared(
-    surrogate: &Surrogate,
-    samples: &[Sample],
+    surrogate: &SurrogateSpec,
+    samples: &[DynamicsSample],
     values: &[Vec<f64>],
-    (most, degree): (usize, usize),
-) -> Result<(Shared, Vec<Vec<f64>>)> {
+    most: usize,
+    degree: usize,
+) -> Result<(SharedTerms, Vec<Vec<f64>>)> {
     let variables = &surrogate.variables;
     let active: Vec<bool> = variables.iter().map(|v| v.high > v.low).collect();
-    let search = Search { variables, active: &active, max_degree: degree };
+    let search = PolynomialSearch { variables, active: &active, max_degree: degree };
     let rows: Vec<&[f64]> = samples.iter().map(|s| s.x.as_slice()).collect();
     let terms = search.terms(degree);
     let tried = search.transforms(&rows).into_par_iter().map(|transforms| {
@@ -121,7 +122,7 @@ fn shared(
         })
         .collect();
     let coefficients = (0..picked.len()).map(|k| solved.iter().map(|own| own[k]).collect()).collect();
-    Ok((Shared { transforms, terms: picked.iter().map(|k| terms[*k].clone()).collect() }, coefficients))
+    Ok((SharedTerms { transforms, terms: picked.iter().map(|k| terms[*k].clone()).collect() }, coefficients))
 }
 
 /// Columns in the order of their reduction of the residual of all values together, and the remaining sum of squares.
@@ -157,7 +158,7 @@ fn picked(columns: &[Vec<f64>], values: &[Vec<f64>], most: usize) -> (Vec<usize>
 }
 
 /// Whether all states decay at the samples and at the corners of the range.
-fn is_stable(surrogate: &Surrogate, samples: &[Sample], shared: &Shared, rates: &[Vec<f64>], states: usize) -> bool {
+fn is_stable(surrogate: &SurrogateSpec, samples: &[DynamicsSample], shared: &SharedTerms, rates: &[Vec<f64>], states: usize) -> bool {
     let variables = &surrogate.variables;
     let corner = |number: usize| -> Vec<f64> {
         variables.iter().enumerate().map(|(k, v)| if number >> k & 1 == 0 { v.low } else { v.high }).collect()
@@ -175,7 +176,7 @@ fn is_stable(surrogate: &Surrogate, samples: &[Sample], shared: &Shared, rates: 
 }
 
 /// Packed lower triangle of the covariance of the difference between the steady states of two conditions.
-fn spread(samples: &[Sample], states: usize) -> Vec<f64> {
+fn spread(samples: &[DynamicsSample], states: usize) -> Vec<f64> {
     let count = samples.len() as f64;
     let mean: Vec<f64> = (0..states).map(|k| samples.iter().map(|s| s.steady[k]).sum::<f64>() / count).collect();
     let product = |i: usize, j: usize| samples.iter().map(|s| (s.steady[i] - mean[i]) * (s.steady[j] - mean[j])).sum::<f64>() / count;

@@ -1,8 +1,8 @@
-//! The section of a surrogate file on the machine over time; `docs/surrogate-format.md` states the layout.
+//! The section of a surrogate file on the machine over time; `docs/reference/surrogate-sections.md` states the layout.
 
 use coldplate_runtime::{Polynomial, Surrogate as Opened, format};
 
-use super::super::model::{InTime, Shared, Surrogate};
+use super::super::model::{InTimeSpec, SharedTerms, SurrogateSpec};
 use coldplate_base::error::{Error, Result};
 
 /// Durations of the steps that every reader must reproduce, s. Chosen: one short and one long beside the time
@@ -13,10 +13,10 @@ const TESTS: [f64; 2] = [30.0, 1800.0];
 ///
 /// # Errors
 /// Tables whose sizes do not agree with those of the surrogate.
-pub fn content(own: &InTime, surrogate: &Surrogate, tests: &[Vec<f64>]) -> Result<Vec<u8>> {
+pub fn content(own: &InTimeSpec, surrogate: &SurrogateSpec, tests: &[Vec<f64>]) -> Result<Vec<u8>> {
     let (points, n) = (surrogate.points.len(), own.states);
     let variables = surrogate.variables.len();
-    let is_of = |shared: &Shared| shared.transforms.len() == variables && shared.terms.iter().all(|t| t.len() == variables);
+    let is_of = |shared: &SharedTerms| shared.transforms.len() == variables && shared.terms.iter().all(|t| t.len() == variables);
     let moving = own.moving_terms.terms.len();
     let sizes_agree = is_of(&own.steady_terms)
         && is_of(&own.moving_terms)
@@ -33,7 +33,7 @@ pub fn content(own: &InTime, surrogate: &Surrogate, tests: &[Vec<f64>]) -> Resul
     if !sizes_agree {
         return Err(Error::input("the dynamics of this surrogate are those of other points or variables"));
     }
-    let degree = |shared: &Shared| shared.terms.iter().map(|t| t.iter().map(|e| usize::from(*e)).sum()).max().unwrap_or(0);
+    let degree = |shared: &SharedTerms| shared.terms.iter().map(|t| t.iter().map(|e| usize::from(*e)).sum()).max().unwrap_or(0);
     let small = |values: &[usize]| values.iter().flat_map(|v| (*v as u16).to_le_bytes()).collect::<Vec<u8>>();
     let mut bytes = small(&[n, own.steady_terms.terms.len(), moving, tests.len()]);
     for shared in [&own.steady_terms, &own.moving_terms] {
@@ -55,7 +55,7 @@ pub fn content(own: &InTime, surrogate: &Surrogate, tests: &[Vec<f64>]) -> Resul
 ///
 /// # Errors
 /// A file that cannot be opened or moved.
-pub fn tests(bytes: &[u8], surrogate: &Surrogate) -> Result<Vec<Vec<f64>>> {
+pub fn tests(bytes: &[u8], surrogate: &SurrogateSpec) -> Result<Vec<Vec<f64>>> {
     let broken = |e: &dyn std::fmt::Display| Error::numerics(format!("the dynamics of this surrogate cannot be used: {e}"));
     let file = Opened::open(bytes).map_err(|e| broken(&e))?;
     let at = |share: f64| -> Vec<f64> { surrogate.variables.iter().map(|v| v.low + share * (v.high - v.low)).collect() };
@@ -71,10 +71,10 @@ pub fn tests(bytes: &[u8], surrogate: &Surrogate) -> Result<Vec<Vec<f64>>> {
 }
 
 /// Content of the section of an opened file, if it has one; the runtime has checked it.
-pub fn read(file: &Opened<'_>) -> Option<InTime> {
+pub fn read(file: &Opened<'_>) -> Option<InTimeSpec> {
     let own = file.in_time()?;
     let (n, points, variables) = (own.states(), file.point_count(), file.variable_count());
-    let shared = |all: Polynomial<'_>| Shared {
+    let shared = |all: Polynomial<'_>| SharedTerms {
         transforms: (0..variables).map(|v| all.transform(v)).collect(),
         terms: (0..all.terms).map(|term| (0..variables).map(|v| all.exponent(term, v)).collect()).collect(),
     };
@@ -90,5 +90,5 @@ pub fn read(file: &Opened<'_>) -> Option<InTime> {
     let steady = rows(&take(steady_terms.terms.len() * n), n);
     let rates = rows(&take(moving * n * n), n * n);
     let outputs = rows(&take(points * moving * n), moving * n);
-    Some(InTime { states: n, steady_terms, moving_terms, steady, rates, outputs, uniform, reach, spread, errors })
+    Some(InTimeSpec { states: n, steady_terms, moving_terms, steady, rates, outputs, uniform, reach, spread, errors })
 }

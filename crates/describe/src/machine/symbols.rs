@@ -1,0 +1,80 @@
+//! The names that a machine's formulas use, with their meanings.
+
+use std::collections::BTreeSet;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use coldplate_base::error::{Location, Result};
+use coldplate_base::formula::{Formula, FormulaNames};
+use coldplate_base::units::Dimension;
+
+/// One slot of a machine's formula names.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Meaning {
+    /// Variable in SI.
+    Si(usize),
+    /// Variable in another unit: SI = scale * value + offset.
+    InUnit {
+        /// Index into the variables.
+        variable: usize,
+        /// SI per unit.
+        scale: f64,
+        /// SI at the unit's zero.
+        offset: f64,
+    },
+    /// A quantity of a drive: index of the drive, and of the quantity in `Heats::named`.
+    Drive(usize, usize),
+    /// A definition.
+    Definition(usize),
+}
+
+impl Meaning {
+    pub(super) fn variable(self) -> Option<usize> {
+        match self {
+            Self::Si(variable) | Self::InUnit { variable, .. } => Some(variable),
+            Self::Drive(..) | Self::Definition(_) => None,
+        }
+    }
+
+    pub(super) fn drive(self) -> Option<usize> {
+        if let Self::Drive(drive, _) = self { Some(drive) } else { None }
+    }
+}
+
+/// The names of a machine's formulas with their meanings, slot by slot.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Symbols {
+    pub(super) names: FormulaNames,
+    pub(super) meanings: Vec<Meaning>,
+    /// Slots of the definitions, in the order of `Machine::definitions`.
+    pub(super) definition_slots: Vec<usize>,
+    /// Slots named by the formulas read since the last [`Symbols::take_named`].
+    named: Arc<Mutex<BTreeSet<usize>>>,
+}
+
+impl Symbols {
+    /// Adds a name; see [`FormulaNames::add`].
+    pub(super) fn add(&mut self, name: &str, meaning: Meaning) -> Result<usize> {
+        let slot = self.names.add(name)?;
+        self.meanings.push(meaning);
+        Ok(slot)
+    }
+
+    /// Parses a formula of the machine and records the slots it names. Every formula is read here: a variable that none
+    /// names affects nothing.
+    ///
+    /// # Errors
+    /// Errors of [`Formula::parse`].
+    pub(super) fn parse(&self, text: &str, dimension: Dimension, unit: Option<&str>, place: Location) -> Result<Formula> {
+        let formula = Formula::parse(text, dimension, unit, &self.names, place)?;
+        self.named.lock().unwrap_or_else(PoisonError::into_inner).extend(formula.slots());
+        Ok(formula)
+    }
+
+    /// The slots named by formulas since the last call.
+    pub(super) fn take_named(&self) -> BTreeSet<usize> {
+        std::mem::take(&mut *self.named.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
+/// Names that a drive gives to formulas, each behind the drive's own name.
+pub(super) const DRIVE_NAMES: [&str; 7] = ["motor_W", "reducer_W", "screw_W", "rail_W", "bearing_W", "velocity_m_s", "torque_N_m"];

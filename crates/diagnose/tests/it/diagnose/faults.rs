@@ -1,0 +1,304 @@
+//! Faulty readings are found, named by row and column, and left out; clean data and real effects stay as they are.
+
+use coldplate_base::document::Document;
+use coldplate_base::progress::Silent;
+use coldplate_describe::machine::Condition;
+use coldplate_diagnose::{Problem, Verdict, diagnose};
+use coldplate_evidence::faults::{Fault, FaultKind, cleared, find};
+use coldplate_evidence::identify;
+use coldplate_explore::simulate::Start;
+use coldplate_testing::machines::SMALL;
+use coldplate_testing::two_masses::{log, noisy};
+
+use super::hidden::Hidden;
+
+fn steady(lines: &[(&str, &str)], rows: usize, seed: u64) -> Problem {
+    let machine = Document::parse(SMALL, "small.toml").unwrap();
+    let conditions = Hidden::conditions(&machine, rows, seed, &[]);
+    Hidden { machine: &machine, cells: (300, 500), lines, conditions, seed }.problem()
+}
+
+fn names(faults: &[Fault]) -> Vec<(FaultKind, usize, Option<String>)> {
+    faults.iter().map(|f| (f.kind, *f.rows.start(), f.sensor.clone())).collect()
+}
+
+/// 20 K too much in one reading of a log: found there and nowhere else, and all else as without it.
+#[test]
+fn a_spike_in_a_log() {
+    let (study, mut data, uncertainty) = log(&[], 1);
+    let clean = data.clone();
+    data.rows[77].readings[1] = data.rows[77].readings[1].map(|t| t + 20.0);
+    let found = cleared(&study, &data, &uncertainty, Start::Steady).unwrap();
+    assert_eq!(names(&found.faults), [(FaultKind::WrongReading, 77, Some("nut".into()))], "{:#?}", found.faults);
+    let text = found.faults[0].text();
+    assert!(
+        text.starts_with("row 78 (line 79), 'nut': ") && text.contains(" 20 K off its neighbours") && text.ends_with("left out"),
+        "{text}"
+    );
+    assert_eq!(found.data.count(), data.count() - 1);
+    let mut wanted = clean;
+    wanted.rows[77].readings[1] = None;
+    assert_eq!(found.data.rows, wanted.rows);
+}
+
+/// A spike on the model that has another cause as well: the cause is named as without it.
+#[test]
+fn a_cause_is_found_in_spite_of_a_spike() {
+    let mut problem = steady(&[("source.hidden", "{ in = \"bracket\", power = \"6 W\" }")], 12, 3);
+    problem.data.rows[5].readings[0] = Some(273.15 + 85.0);
+    let problem = problem.cleared().unwrap();
+    assert_eq!(names(&problem.faults), [(FaultKind::WrongReading, 5, Some(problem.data.names[0].clone()))], "{:#?}", problem.faults);
+    let found = diagnose(&problem, &Silent).unwrap();
+    let best = &found.explanations[0].causes[0].hypothesis;
+    assert!(matches!(found.verdict, Verdict::Explained | Verdict::CannotTell), "{:?}", found.verdict);
+    assert_eq!((best.kind(), best.place.as_str()), ("heat source", "bracket"));
+}
+
+/// A sensor that stops, and shows its last value for twenty minutes.
+#[test]
+fn a_stuck_sensor() {
+    let (study, mut data, uncertainty) = log(&[], 2);
+    let last = data.rows[100].readings[0];
+    (100..118).for_each(|r| data.rows[r].readings[0] = last);
+    let found = cleared(&study, &data, &uncertainty, Start::Steady).unwrap();
+    assert_eq!(names(&found.faults), [(FaultKind::StuckSensor, 100, Some("motor".into()))], "{:#?}", found.faults);
+    assert_eq!(*found.faults[0].rows.end(), 117);
+    assert_eq!(found.data.count(), data.count() - 18);
+}
+
+/// A sensor that stops early in a log and never moves again is no sensor, however many readings that are.
+#[test]
+fn a_sensor_that_stops_for_good() {
+    let (study, mut data, uncertainty) = log(&[], 2);
+    let last = data.rows[40].readings[0];
+    (40..181).for_each(|r| data.rows[r].readings[0] = last);
+    let found = cleared(&study, &data, &uncertainty, Start::Steady).unwrap();
+    assert!(
+        !found.faults.is_empty() && found.faults.iter().all(|f| f.kind == FaultKind::StuckSensor && f.is_left_out),
+        "{:#?}",
+        found.faults
+    );
+    assert!(found.data.count() <= data.count() - 135, "{} of {}", found.data.count(), data.count());
+    assert!(found.data.rows.iter().all(|row| row.readings[1].is_some() && row.readings[2].is_some()));
+}
+
+/// Two wrong readings of one sensor in a table hide each other from a look at one after the other.
+#[test]
+fn two_wrong_readings_of_one_sensor() {
+    let mut problem = steady(&[], 12, 6);
+    for (r, off) in [(3, 14.0), (8, -11.0)] {
+        problem.data.rows[r].readings[2] = problem.data.rows[r].readings[2].map(|t| t + off);
+    }
+    let sensor = Some(problem.data.names[2].clone());
+    let problem = problem.cleared().unwrap();
+    let wanted = [(FaultKind::WrongReading, 3, sensor.clone()), (FaultKind::WrongReading, 8, sensor)];
+    assert_eq!(names(&problem.faults), wanted, "{:#?}", problem.faults);
+}
+
+/// What a sensor shows in the two hottest tests alone may be the machine: it stays.
+#[test]
+fn two_readings_at_the_end_of_a_range_stay() {
+    let mut problem = steady(&[], 12, 6);
+    let speed = problem.study.model.machine.variables.iter().position(|v| v.name == "motor_speed").unwrap();
+    let mut rows: Vec<usize> = (0..12).collect();
+    rows.sort_by(|a, b| problem.data.rows[*b].condition.si()[speed].total_cmp(&problem.data.rows[*a].condition.si()[speed]));
+    let mut other_senses = problem.clone();
+    for (r, sign) in rows[..2].iter().zip([1.0, -1.0]) {
+        problem.data.rows[*r].readings[2] = problem.data.rows[*r].readings[2].map(|t| t + 2.5);
+        other_senses.data.rows[*r].readings[2] = other_senses.data.rows[*r].readings[2].map(|t| t + sign * 2.5);
+    }
+    assert!(problem.cleared().unwrap().faults.is_empty());
+    // No cause is off in both senses at once.
+    let wrong = other_senses.cleared().unwrap().faults;
+    assert!(wrong.len() == 2 && wrong.iter().all(|fault| fault.is_left_out && rows[..2].contains(fault.rows.start())), "{wrong:#?}");
+}
+
+/// The row of a table with the largest value of a variable.
+fn last(problem: &Problem, variable: &str) -> usize {
+    let v = problem.study.model.machine.variables.iter().position(|own| own.name == variable).unwrap();
+    let at = |r: &usize| problem.data.rows[*r].condition.si()[v];
+    (0..problem.data.rows.len()).max_by(|a, b| at(a).total_cmp(&at(b))).unwrap()
+}
+
+/// One sensor at the end of a range: wrong where no cause makes it, by itself and beside a cause that is found all the same.
+#[test]
+fn a_reading_at_the_end_of_a_range_that_no_cause_makes() {
+    for (lines, named) in [(&[][..], None), (&[("contact.foot.conductance", "\"120 W/(m2 K)\"")][..], Some("contact conductance at foot"))]
+    {
+        let mut problem = steady(lines, 12, 6);
+        let row = last(&problem, "motor_speed");
+        problem.data.rows[row].readings[2] = problem.data.rows[row].readings[2].map(|t| t + 1.2);
+        assert!(cleared(&problem.study, &problem.data, &problem.uncertainty, Start::Steady).unwrap().faults.is_empty());
+        let sensor = problem.data.names[2].clone();
+        let problem = problem.cleared().unwrap();
+        assert_eq!(names(&problem.faults), [(FaultKind::WrongReading, row, Some(sensor))], "{named:?} {:#?}", problem.faults);
+        let found = diagnose(&problem, &Silent).unwrap();
+        match named {
+            None => assert_eq!(found.verdict, Verdict::Consistent),
+            Some(named) => assert_eq!(found.explanations[0].causes[0].hypothesis.kind_and_place(), named),
+        }
+    }
+}
+
+/// A cause that acts at the end of a range alone is a cause, though it shows in one row.
+#[test]
+fn a_cause_that_acts_in_one_row_stays() {
+    let plain = steady(&[], 12, 6);
+    let speed = plain.study.model.machine.variables.iter().position(|v| v.name == "motor_speed").unwrap();
+    let mut speeds: Vec<f64> = plain.data.rows.iter().map(|row| row.condition.si()[speed] * 60.0 / std::f64::consts::TAU).collect();
+    speeds.sort_by(f64::total_cmp);
+    let from = 0.5 * (speeds[10] + speeds[11]);
+    for (part, watts) in [("gear", 6.0), ("motor", 30.0), ("bearing", 1.0), ("bearing", 8.0)] {
+        let power = format!("{{ in = [\"{part}\"], power = \"min({watts}, max(0, motor_speed_rpm - {from:.1}))\" }}");
+        let problem = steady(&[("source.hidden", &power)], 12, 6).cleared().unwrap();
+        assert!(problem.faults.is_empty(), "{part} {watts} W: {:#?}", problem.faults);
+    }
+}
+
+/// Five rows, one of them read at the conditions of another: too few to tell by themselves, enough beside the catalogue.
+#[test]
+fn a_wrong_row_of_five() {
+    let mut problem = steady(&[], 5, 9);
+    let row = last(&problem, "motor_speed");
+    problem.data.rows[row].condition = problem.data.rows[(row + 1) % 5].condition.clone();
+    assert!(cleared(&problem.study, &problem.data, &problem.uncertainty, Start::Steady).unwrap().faults.is_empty());
+    let problem = problem.cleared().unwrap();
+    assert_eq!(names(&problem.faults), [(FaultKind::WrongCondition, row, None)], "{:#?}", problem.faults);
+    assert_eq!(problem.data.rows.len(), 4);
+    assert_eq!(diagnose(&problem, &Silent).unwrap().verdict, Verdict::Consistent);
+}
+
+/// A sensor without a cable: 85 degC in every row, in a table and in a log.
+#[test]
+fn a_dead_sensor() {
+    let (study, mut data, uncertainty) = log(&[], 3);
+    data.rows.iter_mut().for_each(|row| row.readings[2] = Some(273.15 + 999.0));
+    let found = cleared(&study, &data, &uncertainty, Start::Steady).unwrap();
+    assert_eq!(names(&found.faults), [(FaultKind::DeadSensor, 0, Some("foot".into()))], "{:#?}", found.faults);
+    assert!(found.faults[0].text().contains("dead, 999.0 degC in all 181 readings"));
+    let mut problem = steady(&[], 10, 4);
+    problem.data.rows.iter_mut().for_each(|row| row.readings[3] = Some(273.15));
+    let before = problem.data.count();
+    let problem = problem.cleared().unwrap();
+    assert_eq!(problem.faults.len(), 1, "{:#?}", problem.faults);
+    assert_eq!((problem.faults[0].kind, problem.data.count()), (FaultKind::DeadSensor, before - 10));
+    assert_eq!(diagnose(&problem, &Silent).unwrap().verdict, Verdict::Consistent);
+}
+
+/// The flow of one row, typed with two digits exchanged.
+#[test]
+fn a_wrong_row_of_conditions() {
+    let mut problem = steady(&[], 14, 5);
+    let flow = problem.study.model.machine.variables.iter().position(|v| v.name == "coolant_flow").unwrap();
+    let row = 6;
+    let mut si = problem.data.rows[row].condition.si().to_vec();
+    let right = si[flow] * 60_000.0;
+    si[flow] *= if right > 5.0 { 0.3 } else { 2.6 };
+    problem.data.rows[row].condition = Condition::from_si(si);
+    let problem = problem.cleared().unwrap();
+    assert_eq!(names(&problem.faults), [(FaultKind::WrongCondition, row, None)], "{:#?}", problem.faults);
+    let fault = &problem.faults[0];
+    println!("{} (right: {right:.3} L/min)", fault.text());
+    // Another water temperature may do as well.
+    let fits: f64 =
+        fault.words.split(" fit ").nth(1).unwrap().split("coolant_flow ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+    assert!((fits / right - 1.0).abs() < 0.1, "{fits} {right}");
+    assert_eq!(diagnose(&problem, &Silent).unwrap().verdict, Verdict::Consistent);
+}
+
+/// A row between all others that was read at quite other conditions is left out; at the end of a range it may be the machine.
+#[test]
+fn a_row_of_other_conditions() {
+    // Between others in every variable, but read at the conditions of another day.
+    let mut problem = steady(&[], 16, 9);
+    let conditions: Vec<Vec<f64>> = problem.data.rows.iter().map(|row| row.condition.si().to_vec()).collect();
+    let is_inside = |r: &usize| {
+        (0..4).all(|v| {
+            let others = || conditions.iter().enumerate().filter(|(other, _)| other != r).map(|(_, si)| si[v]);
+            others().any(|o| o <= conditions[*r][v]) && others().any(|o| o >= conditions[*r][v])
+        })
+    };
+    let row = (0..16).find(is_inside).unwrap();
+    let other =
+        (0..16).max_by(|a, b| (conditions[*a][2] - conditions[row][2]).abs().total_cmp(&(conditions[*b][2] - conditions[row][2]).abs()));
+    problem.data.rows[row].readings = problem.data.rows[other.unwrap()].readings.iter().map(|t| t.map(|t| t + 0.01)).collect();
+    let mut shifted = problem.clone();
+    let problem = problem.cleared().unwrap();
+    assert_eq!(names(&problem.faults), [(FaultKind::WrongCondition, row, None)], "{:#?}", problem.faults);
+    println!("{}", problem.faults[0].text());
+    assert_eq!(diagnose(&problem, &Silent).unwrap().verdict, Verdict::Consistent);
+    // At the end of a range the machine may do what it does nowhere else.
+    let hottest = (0..16).max_by(|a, b| conditions[*a][2].total_cmp(&conditions[*b][2])).unwrap();
+    shifted.data.rows[row].readings.iter_mut().for_each(|t| *t = None);
+    for (k, t) in shifted.data.rows[hottest].readings.iter_mut().enumerate() {
+        *t = t.map(|t| t + [6.0, -4.0, 1.5, 3.0, -2.0, 5.0, -3.0][k % 7]);
+    }
+    assert!(shifted.cleared().unwrap().faults.is_empty());
+}
+
+/// The same test copied twice counts once; a test that was really repeated stays.
+#[test]
+fn duplicate_rows() {
+    let mut problem = steady(&[], 8, 6);
+    let copy = problem.data.rows[2].clone();
+    problem.data.rows.extend([copy.clone(), copy.clone()]);
+    let mut repeated = copy;
+    repeated.readings.iter_mut().flatten().for_each(|t| *t += 0.01);
+    problem.data.rows.push(repeated);
+    let problem = problem.cleared().unwrap();
+    assert_eq!(names(&problem.faults), [(FaultKind::DuplicateRow, 8, None), (FaultKind::DuplicateRow, 9, None)]);
+    assert_eq!(problem.data.rows.len(), 9);
+}
+
+/// Nothing is found in clean data, nor where the machine itself is wrong: fronts, a missing link, a slow sensor, wrong noise.
+#[test]
+fn clean_data_and_real_effects_stay() {
+    let effects: [&[(&str, &str)]; 6] = [
+        &[],
+        &[("contact.motor_nut.total_conductance", "\"0.2 W/K\"")],
+        &[("node.nut.capacity", "\"20 J/K\"")],
+        &[("sensor.motor.lag", "\"60 s\"")],
+        &[("source.motor.power", "\"0.04 * motor_speed_rpm\"")],
+        &[("node.motor.capacity", "\"15 J/K\""), ("sensor.nut.lag", "\"5 s\"")],
+    ];
+    for (i, lines) in effects.iter().enumerate() {
+        for scale in [0.5, 1.0, 2.0] {
+            let (study, data, mut uncertainty) = log(lines, 10 + i as u64);
+            uncertainty.noise.iter_mut().for_each(|noise| *noise *= scale);
+            let found = cleared(&study, &data, &uncertainty, Start::Steady).unwrap();
+            assert!(found.faults.is_empty() && found.data == data, "{lines:?} {scale}: {:#?}", found.faults);
+        }
+    }
+    let tables: [&[(&str, &str)]; 5] = [
+        &[],
+        &[("source.motor.power", "\"0.2 * motor_speed_rpm\"")],
+        &[("contact.motor.conductance", "\"30 W/(m2 K)\"")],
+        &[("source.hidden", "{ in = \"bearing\", power = \"30 * (motor_speed_rpm / 2500)^4\" }")],
+        &[("channel.first.film_factor", "0.2")],
+    ];
+    for (i, lines) in tables.iter().enumerate() {
+        for rows in [4, 12] {
+            let problem = steady(lines, rows, 20 + i as u64);
+            let data = problem.data.clone();
+            let problem = problem.cleared().unwrap();
+            assert!(problem.faults.is_empty() && problem.data == data, "{lines:?} {rows}: {:#?}", problem.faults);
+        }
+    }
+}
+
+/// Fewer than one false alarm in a thousand tables of noise.
+#[test]
+fn noise_is_no_fault() {
+    let (study, log, uncertainty) = log(&[], 30);
+    let predicted = identify::values(&study, &log, Start::Steady).unwrap();
+    let table = steady(&[], 12, 31);
+    let told = identify::values(&table.study, &table.data, Start::Steady).unwrap();
+    let mut alarms = 0;
+    for seed in 0..1000 {
+        let (mut one, mut other) = (log.clone(), table.data.clone());
+        noisy(&mut one, &predicted, 1000 + seed);
+        noisy(&mut other, &told, 3000 + seed);
+        alarms += find(&one, &predicted, &uncertainty.noise).len() + find(&other, &told, &table.uncertainty.noise).len();
+    }
+    assert_eq!(alarms, 0);
+}

@@ -1,0 +1,85 @@
+//! Results of the main job, for whoever reports them.
+
+use std::path::PathBuf;
+
+use super::adaptive::Adaptation;
+use coldplate_explore::sweep::{FailedCondition, ReducedRows};
+
+/// Name of the surrogate in the output folder.
+pub const SURROGATE: &str = "surrogate.cps";
+/// The held-out error aimed at, K. Chosen: drawn as a line in figures, it decides nothing.
+pub const TARGET: f64 = 0.02;
+
+/// Results of a job.
+#[derive(Debug)]
+pub struct Summary {
+    /// The folder everything is in.
+    pub folder: PathBuf,
+    /// Conditions of the sweep, and how many of them came from the journal.
+    pub conditions: (usize, usize),
+    /// Conditions that failed, with the reason.
+    pub failures: Vec<FailedCondition>,
+    /// Number of conditions that a reduced model answered, if the sweep file asks for an accuracy of all rows.
+    pub answered: Option<ReducedRows>,
+    /// How the sweep came to the accuracy that the sweep file states, if it states one.
+    pub adaptation: Option<Adaptation>,
+    /// One per measurement point of the surrogate; empty for sweeps of one factor at a time.
+    pub points: Vec<PointSummary>,
+    /// Formulas of the one-factor sweeps.
+    pub formulas: Vec<PrintedFormula>,
+    /// Remarks of the fit.
+    pub notes: Vec<String>,
+    /// Files written, the report first.
+    pub files: Vec<PathBuf>,
+    /// Seconds: sweep, fit, figures and report.
+    pub seconds: [f64; 3],
+}
+
+/// How well one measurement point is predicted.
+#[derive(Debug, Clone)]
+pub struct PointSummary {
+    /// Name.
+    pub name: String,
+    /// The model in a few words.
+    pub model: String,
+    /// Unit of the point's errors: K for a temperature.
+    pub unit: String,
+    /// Root mean square of the leave-one-out errors.
+    pub leave_one_out: f64,
+    /// Root mean square of the k-fold errors of the whole procedure.
+    pub k_fold: Option<f64>,
+    /// Half width of the band.
+    pub half_width: f64,
+    /// On held-out conditions: largest error, root mean square error, share inside the band.
+    pub held_out: Option<(f64, f64, f64)>,
+}
+
+impl Summary {
+    /// The unit of the errors of all points, if it is the same for all.
+    pub fn unit_of_errors(&self) -> Option<&str> {
+        let first = self.points.first()?.unit.as_str();
+        self.points.iter().all(|p| p.unit == first).then_some(first)
+    }
+
+    /// The largest error of a temperature on held-out conditions, K.
+    pub fn worst_held_out(&self) -> Option<f64> {
+        self.points.iter().filter(|p| p.unit == "K").filter_map(|p| p.held_out).map(|h| h.0).reduce(f64::max)
+    }
+}
+
+/// A fit in one variable, as the paper prints it.
+#[derive(Debug, Clone)]
+pub struct PrintedFormula {
+    /// Name of the one-factor sweep.
+    pub group: String,
+    /// The variable, with its unit.
+    pub variable: String,
+    /// Name of the measurement point.
+    pub point: String,
+    /// The formula.
+    pub text: String,
+    /// Share of the variance explained.
+    pub r_squared: f64,
+    /// Root mean square of the residuals, K.
+    pub rms: f64,
+}

@@ -1,0 +1,9 @@
+//! Tests of this crate from outside, in one binary; tests/README.md of the project has a table of all families.
+
+mod bench;
+mod exact;
+mod invariant;
+mod order;
+mod sensitivity;
+mod tetra;
+mod transient;

@@ -1,0 +1,37 @@
+//! The program as a user starts it, in the folder of the project, and what it answers.
+
+use std::path::PathBuf;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+pub use coldplate_testing::{root, write};
+
+pub fn coldplate(args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_coldplate")).args(args).current_dir(root()).output().expect("the program starts")
+}
+
+/// What was printed, of a run that succeeded.
+pub fn json(output: &Output) -> Value {
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert_eq!(output.status.code(), Some(0), "{}", message(output));
+    serde_json::from_str(&text).unwrap_or_else(|e| panic!("{e}\n{text}"))
+}
+
+pub fn message(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// An empty folder of a test.
+pub fn scratch(name: &str) -> PathBuf {
+    coldplate_testing::scratch(env!("CARGO_TARGET_TMPDIR"), name)
+}
+
+/// The Python that `scripts/clients` installs, where it has these modules.
+pub fn python(modules: &str) -> Option<PathBuf> {
+    let cache = std::env::var_os("XDG_CACHE_HOME").map(PathBuf::from);
+    let cache = cache.or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".cache")))?;
+    let python = cache.join("coldplate/clients/bin/python3");
+    let has = Command::new(&python).arg("-c").arg(format!("import {modules}")).output();
+    has.is_ok_and(|output| output.status.success()).then_some(python)
+}

@@ -1,0 +1,141 @@
+//! Two heaters on a board, measured: from a machine file without their coupling, or without the lag of their thermistors, whatever
+//! noise is stated, what is missing is named and days that were not used are predicted better.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use coldplate_testing::measured::two_heaters;
+use serde_json::Value;
+
+/// W/K, documented.
+const COUPLING: std::ops::Range<f64> = 0.012..0.0141;
+/// s, documented.
+const LAG: std::ops::Range<f64> = 20.0..28.0;
+/// What a least-squares fit of five parameters with its own model error leaves on the unseen days, K, by stated limit of the noise.
+const REFERENCE: [(f64, f64); 3] = [(0.1, 0.96), (0.35, 0.92), (2.0, 1.00)];
+
+/// The board, with what a test does not look for.
+fn board(has_lag: bool, has_coupling: bool) -> String {
+    let bare = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/machines/two_heaters_bare.toml")).unwrap();
+    let lag = |text: String, heater: u8| {
+        text.replace(&format!("node = \"heater {heater}\"\n"), &format!("node = \"heater {heater}\"\nlag = \"22 s\"\n"))
+    };
+    let text = if has_lag { lag(lag(bare, 1), 2) } else { bare };
+    let coupling = "\n[contact.coupling]\nbetween = [\"heater 1\", \"heater 2\"]\ntotal_conductance = \"0.013 W/K\"\n";
+    if has_coupling { text + coupling } else { text }
+}
+
+fn json(arguments: &[&str]) -> Value {
+    let output = Command::new(env!("CARGO_BIN_EXE_coldplate")).args(arguments).args(["--json", "--quiet"]).output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+/// Files of one test, or `None` where the measurements are not there.
+struct Bench {
+    folder: PathBuf,
+    out: PathBuf,
+}
+
+impl Bench {
+    fn new(name: &str) -> Option<Self> {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/measured/tclab");
+        if !folder.is_dir() {
+            println!("SKIPPED: the measurements are not at {}", folder.display());
+            return None;
+        }
+        let out = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("diagnose-board-{name}"));
+        let _ = std::fs::remove_dir_all(&out);
+        std::fs::create_dir_all(&out).unwrap();
+        Some(Self { folder, out })
+    }
+
+    fn write(&self, name: &str, text: &str) -> String {
+        let path = self.out.join(name);
+        std::fs::write(&path, text).unwrap();
+        path.to_str().unwrap().to_string()
+    }
+
+    /// Four days, with noise stated as limits, K.
+    fn days(&self, limit: f64) -> String {
+        self.write(&format!("days_{limit}.toml"), &two_heaters::uncertainty(limit));
+        let days = two_heaters::table(&self.folder, &["step_1", "sine5_1", "sine2_1", "sine50_1"]).unwrap();
+        self.write(&format!("days_{limit}.csv"), &days)
+    }
+
+    /// Error of a machine on two days more, K.
+    fn error(&self, machine: &str) -> f64 {
+        let unseen = self.write("unseen.csv", &two_heaters::table(&self.folder, &["step_2", "sine5_2"]).unwrap());
+        json(&["predict", machine, &unseen, "--from", "readings"])["all"]["rmse_K"].as_f64().unwrap()
+    }
+}
+
+#[test]
+fn a_coupling_whatever_noise_is_stated() {
+    let Some(bench) = Bench::new("coupling") else { return };
+    let board = bench.write("board.toml", &board(true, false));
+    let before = bench.error(&board);
+    for (limit, reference) in REFERENCE {
+        let extended = bench.out.join(format!("extended_{limit}.toml"));
+        let extended = extended.to_str().unwrap();
+        let found = json(&["diagnose", &board, &bench.days(limit), "--from", "readings", "--out", extended]);
+        let first = &found["rungs"][0]["causes"][0];
+        let [low, value, high] = ["low", "value", "high"].map(|k| first["amplitude"][k].as_f64().unwrap());
+        let after = bench.error(extended);
+        println!(
+            "{limit} K: {} {value:.4} ({low:.4} to {high:.4}) W/K; unseen {before:.2} -> {after:.2} K, {} s",
+            found["headline"], found["seconds"]
+        );
+        assert_eq!(found["verdict"], "explained");
+        assert_eq!((&first["kind"], &first["place"]), (&"conductive link".into(), &"heater 1 - heater 2".into()));
+        assert!(low < COUPLING.end && high > COUPLING.start, "{low} to {high} W/K");
+        assert!(after < 1.15 * reference, "{after} K");
+        assert!(found["gain"]["low"].as_f64().unwrap() > 0.0);
+    }
+}
+
+/// Both left out: found together, or one after the other.
+#[test]
+fn a_coupling_and_a_lag() {
+    let Some(bench) = Bench::new("both") else { return };
+    let board = bench.write("board.toml", &board(false, false));
+    let extended = bench.out.join("extended.toml");
+    let extended = extended.to_str().unwrap();
+    let picture = bench.out.join("ladder.svg");
+    let picture = picture.to_str().unwrap();
+    let (before, data) = (bench.error(&board), bench.days(2.0));
+    let found = json(&["diagnose", &board, &data, "--from", "readings", "--out", extended, "--chart", picture]);
+    let after = bench.error(extended);
+    println!("{}; unseen {before:.2} -> {after:.2} K", found["headline"]);
+    let rungs = found["rungs"].as_array().unwrap();
+    let kinds: Vec<&str> = rungs.iter().flat_map(|r| r["causes"].as_array().unwrap()).filter_map(|c| c["kind"].as_str()).collect();
+    assert_eq!(kinds, ["sensor lag", "conductive link"]);
+    assert!(rungs[1]["share"].as_f64().unwrap() > 0.9, "{}", rungs[1]["share"]);
+    assert!(rungs.iter().all(|r| r["gain"]["rmse_after_K"].as_f64().unwrap() < r["gain"]["rmse_before_K"].as_f64().unwrap()));
+    assert!(after < 1.15 * REFERENCE[2].1, "{after} K");
+    let share = format!("{:.0} % explained", 100.0 * rungs[1]["share"].as_f64().unwrap());
+    assert!(std::fs::read_to_string(picture).unwrap().contains(&share), "{share}");
+}
+
+#[test]
+fn a_lag_whatever_noise_is_stated() {
+    let Some(bench) = Bench::new("lag") else { return };
+    let board = bench.write("board.toml", &board(false, true));
+    let before = bench.error(&board);
+    for (limit, reference) in REFERENCE {
+        let extended = bench.out.join(format!("extended_{limit}.toml"));
+        let extended = extended.to_str().unwrap();
+        let found = json(&["diagnose", &board, &bench.days(limit), "--from", "readings", "--out", extended]);
+        let after = bench.error(extended);
+        println!("{limit} K: {}; unseen {before:.2} -> {after:.2} K, {} s", found["headline"], found["seconds"]);
+        assert_eq!(found["verdict"], "explained");
+        let causes = found["rungs"][0]["causes"].as_array().unwrap();
+        assert!(causes.iter().all(|cause| cause["kind"] == "sensor lag"), "{causes:?}");
+        let of_t1 = causes.iter().find(|cause| cause["place"] == "T1").unwrap_or_else(|| panic!("{causes:?}"));
+        let [low, high] = ["low", "high"].map(|k| of_t1["amplitude"][k].as_f64().unwrap());
+        assert!(low < LAG.end && high > LAG.start, "{low} to {high} s");
+        let gain = &found["gain"];
+        assert!(gain["rmse_after_K"].as_f64().unwrap() < gain["rmse_before_K"].as_f64().unwrap(), "{gain}");
+        assert!(after < 1.15 * reference, "{after} K");
+    }
+}

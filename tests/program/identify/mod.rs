@@ -1,0 +1,13 @@
+//! `identify` and `predict` as commands: data as they should not be, the written machine, what a test alone has, a measured board.
+
+mod board;
+mod command;
+mod data;
+mod kept;
+mod per_test;
+mod predict;
+mod response;
+
+fn scratch(name: &str) -> std::path::PathBuf {
+    crate::common::scratch(&format!("identify-{name}"))
+}

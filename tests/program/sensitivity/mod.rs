@@ -1,0 +1,3 @@
+//! `sensitivity` as a command; derivatives are tested in crates/solve.
+
+mod command;

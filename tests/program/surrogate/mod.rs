@@ -1,0 +1,10 @@
+//! `query` and `chart` of surrogate files: exit statuses, held variables, streams of conditions. The files are those that the
+//! family of this name in crates/surrogate writes and reads.
+
+mod held;
+mod query;
+mod stream;
+
+fn fixture(name: &str) -> std::path::PathBuf {
+    coldplate_testing::root().join("crates/runtime/fixtures").join(name)
+}

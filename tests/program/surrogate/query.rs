@@ -1,0 +1,65 @@
+//! The exit status of `query`.
+
+use std::path::PathBuf;
+use std::process::Command;
+
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("coldplate-query-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&path).unwrap();
+        std::fs::copy(super::fixture("polynomial.cps"), path.join("small.cps")).unwrap();
+        Self(path)
+    }
+
+    /// Exit status and messages of `coldplate query`.
+    fn query(&self, options: &[&str]) -> (i32, String) {
+        let file = self.0.join("small.cps");
+        let output = Command::new(env!("CARGO_BIN_EXE_coldplate")).arg("query").arg(file).args(options).arg("--json").output().unwrap();
+        (output.status.code().unwrap(), String::from_utf8_lossy(&output.stderr).into_owned())
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+#[test]
+fn the_exit_status_is_the_verdict() {
+    let folder = Folder::new("status");
+    let at = |flow, coolant, ambient| {
+        folder.query(&["--coolant-flow", flow, "--coolant-temperature", coolant, "--ambient-temperature", ambient])
+    };
+    assert_eq!(at("8 L/min", "20 degC", "21 degC").0, 0);
+    assert_eq!(at("8 L/min", "25 degC", "21 degC").0, 1); // the motor is well over 28 degC
+    assert_eq!(at("13 L/min", "20 degC", "21 degC").0, 3); // outside
+    assert_eq!(at("8", "20 degC", "21 degC").0, 2);
+    let free = ["--free", "coolant-flow", "--coolant-temperature", "20 degC", "--ambient-temperature", "21 degC"];
+    assert_eq!(folder.query(&free).0, 0);
+    assert!(folder.query(&["--free", "flow"]).1.contains("coolant_flow"));
+
+    let csv = folder.0.join("many.csv");
+    let batch = |rows: &str| {
+        std::fs::write(&csv, format!("coolant_flow [L/min],coolant_temperature [degC],ambient_temperature [degC]\n{rows}")).unwrap();
+        folder.query(&["--csv", csv.to_str().unwrap()])
+    };
+    assert_eq!(batch("8,20,21\n").0, 0);
+    assert_eq!(batch("8,20,21\n13,20,21\n").0, 3);
+    assert_eq!(batch("8,20,21\n13,20,21\n8,25,21\n").0, 1);
+    let (status, message) = batch("8,20,21\n8,20,x\n");
+    assert!(status == 2 && message.contains("many.csv:3"), "{message}");
+}
+
+#[test]
+fn a_damaged_file_is_named() {
+    let folder = Folder::new("damage");
+    let path = folder.0.join("small.cps");
+    let mut bytes = std::fs::read(&path).unwrap();
+    bytes[60] ^= 1;
+    std::fs::write(&path, bytes).unwrap();
+    let message = folder.query(&[]).1;
+    assert!(message.contains("checksum") && message.contains("small.cps"), "{message}");
+}
