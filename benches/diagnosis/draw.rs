@@ -4,7 +4,7 @@ use coldplate_base::random::Random;
 use coldplate_describe::machine::Condition;
 use coldplate_diagnose::Problem;
 use coldplate_evidence::identify;
-use coldplate_evidence::measurement::{Data, Row, Uncertainty, Whitener, whiten};
+use coldplate_evidence::measurement::{Data, MeasurementUncertainty, ReadingRow, Whitener, whiten};
 use coldplate_explore::simulate::Start;
 use coldplate_solve::study::Study;
 use serde::{Deserialize, Serialize};
@@ -100,7 +100,7 @@ pub fn draw(seed: u64) -> Drawn {
     };
     let own = |random: &mut Random| between(random, 0.03, 0.1);
     let (noise, bias) = (own(&mut random), own(&mut random));
-    let uncertainty = |factor: f64| Uncertainty {
+    let uncertainty = |factor: f64| MeasurementUncertainty {
         noise: vec![factor * noise; sensors.len()],
         bias: vec![factor * bias; sensors.len()],
         variables: study.model.machine.variables.iter().map(stated).collect(),
@@ -109,7 +109,7 @@ pub fn draw(seed: u64) -> Drawn {
         file: None,
     };
     let truth = made(&study, setting, &unkind, &rows, &sensors, &uncertainty(1.0), &mut random);
-    let seen = |row: &Row| !row.test.starts_with("unseen");
+    let seen = |row: &ReadingRow| !row.test.starts_with("unseen");
     let width = sensors.len();
     let of_seen = |values: &[f64]| -> Vec<f64> {
         rows.iter().zip(values.chunks(width)).filter(|(row, _)| seen(row)).flat_map(|(_, values)| values.to_vec()).collect()
@@ -229,9 +229,9 @@ fn made(
     study: &Study,
     setting: &Setting,
     unkind: &[Unkindness],
-    rows: &[Row],
+    rows: &[ReadingRow],
     sensors: &[usize],
-    uncertainty: &Uncertainty,
+    uncertainty: &MeasurementUncertainty,
     random: &mut Random,
 ) -> Truth {
     let mut document = setting.document();
@@ -261,9 +261,9 @@ fn made(
         };
         let at = uncertainty.at(&row.condition);
         let si = row.condition.si().iter().enumerate().map(|(v, value)| value + deviation(v, at[v]) * errors[v]).collect();
-        real.push((Row { condition: Condition::from_si(si), readings: vec![Some(300.0); sensors.len()], ..row.clone() }, *heat));
+        real.push((ReadingRow { condition: Condition::from_si(si), readings: vec![Some(300.0); sensors.len()], ..row.clone() }, *heat));
     }
-    let (rows, heats): (Vec<Row>, Vec<f64>) = real.into_iter().unzip();
+    let (rows, heats): (Vec<ReadingRow>, Vec<f64>) = real.into_iter().unzip();
     let names = sensors.iter().map(|s| study.model.machine.sensors[*s].name.clone()).collect();
     let data = Data { source: "a twin".into(), sensors: sensors.to_vec(), names, rows, notes: Vec::new() };
     Truth { study: truth, data, kept: fine.kept, heats: scatter.map(|_| heats) }
@@ -288,7 +288,7 @@ fn some_sensors(all: usize, random: &mut Random) -> Vec<usize> {
 
 /// A condition anywhere in the ranges.
 fn anywhere(study: &Study, random: &mut Random) -> Condition {
-    let of = |v: &coldplate_describe::machine::Variable| match v.range {
+    let of = |v: &coldplate_describe::machine::DescribedVariable| match v.range {
         Some((low, high)) => between(random, low, high),
         None => v.default.unwrap_or(0.0),
     };
@@ -296,9 +296,9 @@ fn anywhere(study: &Study, random: &mut Random) -> Condition {
 }
 
 /// A table of 5 to 16 rows, and some that the program never sees.
-fn table(study: &Study, width: usize, random: &mut Random) -> Vec<Row> {
+fn table(study: &Study, width: usize, random: &mut Random) -> Vec<ReadingRow> {
     let seen = (5.0 * 3.2f64.powf(random.unit())).round() as usize;
-    let row = |i: usize| Row {
+    let row = |i: usize| ReadingRow {
         test: if i < seen { format!("test {}", i + 1) } else { format!("unseen {}", i + 1 - seen) },
         time: None,
         condition: anywhere(study, random),
@@ -310,7 +310,7 @@ fn table(study: &Study, width: usize, random: &mut Random) -> Vec<Row> {
 
 /// Two or three logs of two or three conditions each, 60 to 80 rows in all, and one more that the program never sees. A change of
 /// condition takes a second; each begins in its steady state.
-fn logs(study: &Study, length: f64, width: usize, random: &mut Random) -> Vec<Row> {
+fn logs(study: &Study, length: f64, width: usize, random: &mut Random) -> Vec<ReadingRow> {
     let tests = 2 + random.below(2);
     let each = between(random, 60.0, 80.0) / tests as f64;
     let mut rows = Vec::new();
@@ -322,7 +322,7 @@ fn logs(study: &Study, length: f64, width: usize, random: &mut Random) -> Vec<Ro
         times.sort_by(f64::total_cmp);
         times.dedup();
         let name = if test < tests { format!("log {}", test + 1) } else { "unseen".to_string() };
-        rows.extend(times.iter().map(|time| Row {
+        rows.extend(times.iter().map(|time| ReadingRow {
             test: name.clone(),
             time: Some(*time),
             condition: conditions[if *time < 1.0 { 0 } else { 1 + turns.iter().filter(|turn| **turn <= *time).count() }].clone(),

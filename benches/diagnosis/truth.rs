@@ -2,7 +2,7 @@
 
 use coldplate_describe::machine::Condition;
 use coldplate_evidence::identify;
-use coldplate_evidence::measurement::{Data, Row};
+use coldplate_evidence::measurement::{Data, ReadingRow};
 use coldplate_explore::simulate::Start;
 use coldplate_solve::study::Study;
 
@@ -31,23 +31,23 @@ pub struct Truth {
 /// Rows at more times.
 pub struct Fine {
     /// All of them.
-    pub rows: Vec<Row>,
+    pub rows: Vec<ReadingRow>,
     /// Those that were there.
     pub kept: Vec<usize>,
 }
 
 /// The time between two rows of a log cut into parts; conditions change in a line, as between rows that are read.
-pub fn fine(rows: &[Row]) -> Fine {
-    let (mut all, mut kept): (Vec<Row>, Vec<usize>) = (Vec::new(), Vec::new());
+pub fn fine(rows: &[ReadingRow]) -> Fine {
+    let (mut all, mut kept): (Vec<ReadingRow>, Vec<usize>) = (Vec::new(), Vec::new());
     for row in rows {
-        let before = all.last().filter(|before: &&Row| before.test == row.test).cloned();
+        let before = all.last().filter(|before: &&ReadingRow| before.test == row.test).cloned();
         if let Some((before, from, to)) =
             before.and_then(|before| Some((before.clone(), before.time?, row.time?))).filter(|(_, a, b)| b - a > 2.0)
         {
             all.extend((1..FINE).map(|i| {
                 let share = i as f64 / FINE as f64;
                 let between = before.condition.si().iter().zip(row.condition.si()).map(|(a, b)| a + share * (b - a));
-                Row { time: Some(from + share * (to - from)), condition: Condition::from_si(between.collect()), ..row.clone() }
+                ReadingRow { time: Some(from + share * (to - from)), condition: Condition::from_si(between.collect()), ..row.clone() }
             }));
         }
         kept.push(all.len());

@@ -8,9 +8,9 @@ use coldplate_base::document::Document;
 use coldplate_base::error::Result;
 use coldplate_base::random::Random;
 use coldplate_base::units::{celsius, express};
-use coldplate_describe::machine::{Condition, Variable};
+use coldplate_describe::machine::{Condition, DescribedVariable};
 use coldplate_evidence::identify;
-use coldplate_evidence::measurement::{Data, Row};
+use coldplate_evidence::measurement::{Data, ReadingRow};
 use coldplate_explore::simulate::Start;
 use coldplate_solve::study::Study;
 
@@ -46,7 +46,7 @@ impl Readings<'_> {
         let truth = Study::new(truth, self.cells)?;
         let machine = &truth.model.machine;
         let sensors: Vec<usize> = (0..machine.sensors.len()).collect();
-        let row = |(test, time, values): &(String, Option<f64>, Vec<f64>)| Row {
+        let row = |(test, time, values): &(String, Option<f64>, Vec<f64>)| ReadingRow {
             test: test.clone(),
             time: *time,
             condition: Condition::from_si(values.clone()),
@@ -87,7 +87,7 @@ impl Readings<'_> {
 
 /// SI values of a machine's variables: of each the share of its range that `share` says, else its default.
 pub fn condition(study: &Study, share: &mut dyn FnMut(&str) -> Option<f64>) -> Vec<f64> {
-    let mut of = |v: &Variable| match (v.range, share(&v.name)) {
+    let mut of = |v: &DescribedVariable| match (v.range, share(&v.name)) {
         (Some((low, high)), Some(share)) => low + share * (high - low),
         _ => v.default.unwrap_or(0.0),
     };

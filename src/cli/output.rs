@@ -76,8 +76,8 @@ impl Output {
     }
 
     /// Receives the progress of the library: remarks as lines, counted work as a bar.
-    pub fn progress(self) -> Terminal {
-        Terminal { output: self, bar: Mutex::new(None), spinner: Mutex::new(None) }
+    pub fn progress(self) -> TerminalProgress {
+        TerminalProgress { output: self, bar: Mutex::new(None), spinner: Mutex::new(None) }
     }
 
     /// Target of bars: a terminal or nowhere.
@@ -100,13 +100,13 @@ fn is_open(written: std::io::Result<()>) -> bool {
 
 /// Progress on standard error, unless quiet: bars on a terminal, or lines if they were asked for.
 #[derive(Debug)]
-pub struct Terminal {
+pub struct TerminalProgress {
     output: Output,
     bar: Mutex<Option<ProgressBar>>,
     spinner: Mutex<Option<ProgressBar>>,
 }
 
-impl Terminal {
+impl TerminalProgress {
     fn line(&self, text: &str) {
         if AS_LINES.load(Ordering::Relaxed) {
             self.output.note(text);
@@ -120,13 +120,13 @@ impl Terminal {
     }
 }
 
-impl Drop for Terminal {
+impl Drop for TerminalProgress {
     fn drop(&mut self) {
         self.stop_spinning();
     }
 }
 
-impl Progress for Terminal {
+impl Progress for TerminalProgress {
     fn say(&self, what: &str) {
         self.stop_spinning();
         self.output.note(what);

@@ -6,8 +6,9 @@ use super::{Cause, Explanation, Gain, Misfit, SET_95};
 use coldplate_evidence::discrepancy::ErrorParts;
 use coldplate_evidence::identify::chi_square_tail;
 
-/// False alarms allowed: by the whole misfit, and by the best cause with the look-elsewhere effect paid for.
+/// Probability of the whole misfit below which an alarm is raised: the false alarms allowed to it. Chosen: fewer miss more causes.
 pub const ALARM_MISFIT: f64 = 0.002;
+/// Probability of the best cause, with the look-elsewhere effect paid for, below which an alarm is raised. Chosen as the other one.
 pub const ALARM_CAUSE: f64 = 0.006;
 /// Probability at which something is said without reserve.
 const CERTAIN: f64 = 0.9;

@@ -61,7 +61,7 @@ use coldplate_explore::simulate::Start;
 use coldplate_solve::sensitivity::UncertainNumber;
 use coldplate_solve::study::{MachineParameter, Study};
 
-pub use decide::{Certainty, Level, Verdict};
+pub use decide::{ALARM_CAUSE, ALARM_MISFIT, Certainty, Level, Verdict};
 pub use effects::{Common, Contact, Flow, Heat, Leak, Material, Radiation, Sensor, Storage, User};
 pub use effects::{
     CommonFactor, Effect, Hypothesis, Law, LawForm, LawNumber, Scales, Shown, UserKind, hypotheses, sentence, under_rarer_laws,
@@ -73,11 +73,12 @@ pub use next::{Costs, Expected, ExtraSensor, Next, Trial, Worth};
 pub use predictor::{Extended, Predictor};
 pub use refine::{Fitted, fit};
 pub use rung::{Rung, WhereLeft};
+pub use screen::SIMULATIONS;
 pub use signature::Signatures;
 use when::Added;
 
 /// Chi-square above the best within which causes count as not refuted: 95 % for two parameters.
-const SET_95: f64 = 5.991_465;
+pub const SET_95: f64 = 5.991_465;
 /// A misfit that is more probable than this is noise: it needs no further explanation.
 const NOISE: f64 = 0.01;
 /// Share of the readings of a table that may be wrong.

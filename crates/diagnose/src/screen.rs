@@ -9,7 +9,7 @@ use coldplate_base::random::Random;
 use coldplate_evidence::identify::chi_square_tail;
 
 /// Simulated data sets of pure noise.
-const SIMULATIONS: usize = 2000;
+pub const SIMULATIONS: usize = 2000;
 /// Where fewer of them than this would exceed what was found, none is made.
 const NEVER: f64 = 1e-9;
 /// How many of them go through the screen as one matrix.

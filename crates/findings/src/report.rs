@@ -6,11 +6,13 @@ use super::{Findings, capital, figures, ladder, name, words};
 use coldplate_base::document::name_of;
 use coldplate_base::error::Result;
 use coldplate_base::numbers::short;
-use coldplate_diagnose::{Certainty, Verdict};
+use coldplate_describe::machine::NumberKind;
+use coldplate_diagnose::{ALARM_CAUSE, ALARM_MISFIT, Certainty, SET_95, SIMULATIONS, Verdict};
+use coldplate_evidence::identify::MeshShare;
 use coldplate_evidence::measurement::whiten;
 use coldplate_figures::chart::gains::GainsFigure;
 use coldplate_figures::report::{Align, KeyFigure, Report, ReportSection, ReportTable, TableCell, Tone};
-use coldplate_solve::sensitivity::UncertainNumber;
+use coldplate_solve::sensitivity::{UncertainNumber, assumed};
 
 /// Most rows of a table of residuals, a count. Chosen: longer tables say little to a reader.
 const ROWS: usize = 60;
@@ -163,13 +165,13 @@ fn significance(section: &mut ReportSection, found: &Findings<'_>) -> Result<()>
     }
     section.paragraph(format!(
         "Who looks at many causes finds one that fits by chance. {} causes were composed for this machine, {} of them could show in these data. \
-         In 2000 sets of pure noise, the best of them did as well as here with a probability of {}{:.1e}.",
+         In {SIMULATIONS} sets of pure noise, the best of them did as well as here with a probability of {}{:.1e}.",
         found.diagnosis.tried.all,
         found.diagnosis.tried.visible,
-        if misfit.look_elsewhere < 5.1e-4 { "at most " } else { "" },
+        if misfit.look_elsewhere * ((SIMULATIONS + 1) as f64) < 1.5 { "at most " } else { "" },
         misfit.look_elsewhere
     ));
-    section.paragraph("An alarm is raised below 0.002 for the first and 0.006 for the second.");
+    section.paragraph(format!("An alarm is raised below {ALARM_MISFIT} for the first and {ALARM_CAUSE} for the second."));
     section.figure(&figures::whitened_sheet(found), "")?;
     Ok(())
 }
@@ -292,7 +294,7 @@ fn explanations(section: &mut ReportSection, found: &Findings<'_>) -> Result<()>
         (Verdict::SomethingElse, _) => section.paragraph("Even the best of these leaves a misfit that noise does not give. They say where to look, not what it is:"),
         (_, [_]) => section.paragraph("One explanation alone:"),
         (_, many) => section.paragraph(format!(
-            "{} explanations fit within what noise allows (misfit within 5.99 of the best of as many causes). With these data nobody can say which of them it is:",
+            "{} explanations fit within what noise allows (misfit within {SET_95:.2} of the best of as many causes). With these data nobody can say which of them it is:",
             many.len()
         )),
     };
@@ -448,18 +450,22 @@ fn gain(section: &mut ReportSection, found: &Findings<'_>) -> Result<()> {
 
 fn method(section: &mut ReportSection, found: &Findings<'_>) {
     let discrepancy = found.problem.discrepancy;
+    let pairs = if found.problem.data.is_transient() { "" } else { " and all pairs of them, but for the rarest laws," };
     section.paragraph(format!(
-        "Residuals are judged against a covariance of reading noise, each sensor's own error, the errors of every condition, and what every such \
-         model leaves open ({:.0} % on all films together, {:.0} % on all heats, {:.0} % on all emissivities, {} K per reading). Causes are composed \
-         from the machine's own parts, contacts, channels, surfaces and sensors with the kinds and laws that can act there; all of them and all pairs \
-         are held against the data by their first-order effect. The most probable are fitted through the full solver, and probabilities follow from \
-         Bayes' rule with amplitudes of physical size. A cause that the catalogue lacks can only show as “something else”, and one that leaves the \
-         same pattern as another at the measured conditions cannot be told from it. Probabilities hold for the stated uncertainties: if those are too \
+        "Residuals are judged against a covariance of reading noise, each sensor's own error, the errors of every condition, the numbers that are \
+         called uncertain, and, beside them, what every calibrated model leaves open ({:.0} % on all films together, {:.0} % on all heats, {:.0} % \
+         on all emissivities, {} K per reading). Bands of a surrogate or of a prediction say how well a machine is known before anything is \
+         measured: where the machine file states nothing of its heats, they assume {:.0} % on all heats instead. Causes are composed from the \
+         machine's own parts, contacts, channels, surfaces and sensors with the kinds and laws that can act there; all of them{pairs} are held \
+         against the data by their first-order effect. The most probable are fitted through the full solver, and probabilities follow from Bayes' \
+         rule with amplitudes of physical size. A cause that the catalogue lacks can only show as “something else”, and one that leaves the same \
+         pattern as another at the measured conditions cannot be told from it. Probabilities hold for the stated uncertainties: if those are too \
          small, so are the intervals.",
         100.0 * discrepancy.films,
         100.0 * discrepancy.heats,
         100.0 * discrepancy.emissivities,
-        discrepancy.model
+        discrepancy.model,
+        100.0 * assumed(NumberKind::Heats)
     ));
 }
 
@@ -470,12 +476,19 @@ fn provenance(section: &mut ReportSection, found: &Findings<'_>) {
         Some(path) => path.display().to_string(),
         None => "no file says it: limits of 0.1 K for readings, sensors and water, 0.05 L/min".into(),
     };
+    let ([few, many], own) = (MeshShare::FINEST, problem.study.model.mesh.cells);
+    let cells = match own {
+        0 => "none: lumped nodes alone".to_string(),
+        _ => format!(
+            "{own}, corrected to an endlessly fine mesh by finer ones of {few} times as many, {many} where those leave too much open"
+        ),
+    };
     let mut facts = vec![
         ("program".to_string(), format!("coldplate {}", env!("CARGO_PKG_VERSION"))),
         ("machine file".to_string(), format!("{}, SHA-256 {}", document.file().display(), document.hash())),
         ("readings".to_string(), format!("{}: {}", problem.data.source, list(&problem.data.tests(), 12))),
         ("their uncertainty".to_string(), uncertainty),
-        ("cells".to_string(), format!("{}, corrected by three times as many", problem.study.model.mesh.cells)),
+        ("cells".to_string(), cells),
         ("seconds".to_string(), format!("{:.1}", found.diagnosis.seconds)),
     ];
     for UncertainNumber { parameter, deviation, .. } in &problem.uncertain {

@@ -116,7 +116,7 @@ impl RoundRecord {
 
 /// A sweep that was run.
 #[derive(Debug)]
-pub struct Ran {
+pub struct FinishedSweep {
     /// Tables of the sweep.
     pub swept: Swept,
     /// How the sweep came to its accuracy, if the sweep file states one.
@@ -129,9 +129,9 @@ pub struct Ran {
 ///
 /// # Errors
 /// Errors of [`Sweep::run`]; no fit can be made to the solved conditions.
-pub fn run(sweep: &Sweep, folder: &Path, options: SweepOptions<'_>, progress: &dyn Progress) -> Result<Ran> {
+pub fn run(sweep: &Sweep, folder: &Path, options: SweepOptions<'_>, progress: &dyn Progress) -> Result<FinishedSweep> {
     let Some(growth) = &sweep.plan.growth else {
-        return Ok(Ran { swept: sweep.run(folder, options)?, adaptation: None, fit: None });
+        return Ok(FinishedSweep { swept: sweep.run(folder, options)?, adaptation: None, fit: None });
     };
     let mut found = Adaptation { accuracy: growth.accuracy, max_runs: growth.most, reached: false, rounds: Vec::new() };
     let mut before: Option<State> = None;
@@ -152,7 +152,7 @@ pub fn run(sweep: &Sweep, folder: &Path, options: SweepOptions<'_>, progress: &d
         before = Some(state);
         Ok(added)
     })?;
-    Ok(Ran { swept, adaptation: Some(found), fit: before.map(|state| state.fit) })
+    Ok(FinishedSweep { swept, adaptation: Some(found), fit: before.map(|state| state.fit) })
 }
 
 /// A round with its fit.

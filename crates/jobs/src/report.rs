@@ -11,18 +11,19 @@ use super::summary::{SURROGATE, Summary, TARGET};
 use coldplate_base::condition;
 use coldplate_base::error::Result;
 use coldplate_base::numbers::{compact, significant};
-use coldplate_describe::machine::Machine;
+use coldplate_describe::machine::{Machine, NumberKind};
 use coldplate_explore::sweep::Swept;
 use coldplate_explore::sweep::sweep_file::Sweep;
 use coldplate_figures::chart::page::fixed_conditions;
 use coldplate_figures::chart::style::Quantity;
 use coldplate_figures::report::{Align, KeyFigure, Report, ReportSection, ReportTable, TableCell, Tone};
 use coldplate_solve::meshed::Inventory;
+use coldplate_solve::sensitivity::assumed;
 use coldplate_surrogate::fit::file;
 use coldplate_surrogate::verdict::{self, Acceptability, indices};
 
 /// Input of the report.
-pub(super) struct Material<'a> {
+pub(super) struct ReportInput<'a> {
     pub(super) sweep: &'a Sweep,
     pub(super) swept: &'a Swept,
     pub(super) fitted: Option<&'a FittedDesigns>,
@@ -37,7 +38,7 @@ pub(super) struct Material<'a> {
 ///
 /// # Errors
 /// The surrogate cannot be queried, or the file cannot be written.
-pub(super) fn write(path: &Path, material: &Material<'_>) -> Result<()> {
+pub(super) fn write(path: &Path, material: &ReportInput<'_>) -> Result<()> {
     let scope = &material.sweep.scope;
     let mut report = Report::new(&scope.name);
     report.subtitle(format!(
@@ -88,7 +89,7 @@ fn figures(section: &mut ReportSection, gallery: &Gallery, topic: &str) {
     }
 }
 
-fn summary(section: &mut ReportSection, material: &Material<'_>) {
+fn summary(section: &mut ReportSection, material: &ReportInput<'_>) {
     let study = material.sweep.study();
     if let Some(study) = study {
         section.paragraph(study.model.machine.description.trim());
@@ -130,7 +131,7 @@ fn summary(section: &mut ReportSection, material: &Material<'_>) {
 }
 
 /// Maps, the sheet, and a few conditions answered in words.
-fn acceptability(section: &mut ReportSection, material: &Material<'_>) -> Result<()> {
+fn acceptability(section: &mut ReportSection, material: &ReportInput<'_>) -> Result<()> {
     let Some(fitted) = material.fitted else { return Ok(()) };
     let surrogate = file::open(&fitted.bytes)?;
     if surrogate.limit_count() == 0 {
@@ -186,7 +187,7 @@ fn acceptability(section: &mut ReportSection, material: &Material<'_>) -> Result
 }
 
 /// Sobol' indices of every limit and point.
-fn deciding(section: &mut ReportSection, material: &Material<'_>) -> Result<()> {
+fn deciding(section: &mut ReportSection, material: &ReportInput<'_>) -> Result<()> {
     let Some(fitted) = material.fitted else { return Ok(()) };
     let surrogate = file::open(&fitted.bytes)?;
     let found = indices::indices(&surrogate, &vec![None; surrogate.variable_count()])?;
@@ -219,10 +220,17 @@ fn deciding(section: &mut ReportSection, material: &Material<'_>) -> Result<()> 
     Ok(())
 }
 
-fn measured(section: &mut ReportSection, material: &Material<'_>) {
-    section
-        .paragraph("Every measured state of the machine file, solved in full at its own condition. This run fits nothing; \
-             where a number of the machine file was chosen with readings in view, the assumptions below say so, and agreement there is no proof.");
+fn measured(section: &mut ReportSection, material: &ReportInput<'_>) {
+    section.paragraph(
+        "Every measured state of the machine file, solved in full at its own condition. This run fits nothing; where a number of the machine \
+         file was chosen with readings in view, the assumptions below say so, and agreement there is no proof.",
+    );
+    let share = |kind: NumberKind| format!("{:.0} % on all {}", 100.0 * assumed(kind), kind.word());
+    section.paragraph(format!(
+        "The band counts what the machine file calls uncertain and what its model misses. Of the kinds of numbers of which the file states nothing \
+         it assumes what is known of such machines before anything is measured: {}.",
+        NumberKind::ALL.map(share).join(", ")
+    ));
     let figures: Vec<_> = material.gallery.of("state").zip(material.gallery.of("state heat")).collect();
     for (check, (figure, heat)) in material.checked.iter().zip(figures) {
         section.heading(format!("{}: {}", check.machine, check.name));
@@ -261,7 +269,7 @@ fn measured(section: &mut ReportSection, material: &Material<'_>) {
     }
 }
 
-fn one_factor(section: &mut ReportSection, material: &Material<'_>) {
+fn one_factor(section: &mut ReportSection, material: &ReportInput<'_>) {
     section.paragraph("Polynomials in one variable, the others held, in the form the paper prints its Tables 7 to 10; y in °C.");
     let mut group = "";
     let mut tables: Vec<(String, ReportTable)> = Vec::new();
@@ -326,7 +334,7 @@ fn rounds(section: &mut ReportSection, found: &Adaptation) {
     section.table(table);
 }
 
-fn accuracy(section: &mut ReportSection, material: &Material<'_>) {
+fn accuracy(section: &mut ReportSection, material: &ReportInput<'_>) {
     let unit = material.summary.unit_of_errors();
     let errors = ["leave-one-out rms", "k-fold rms", "band ±", "held-out max", "held-out rms"];
     let in_unit = |of: &str| (unit.map_or_else(|| of.to_string(), |unit| format!("{of} [{unit}]")), Align::Right);
@@ -438,7 +446,7 @@ fn assumptions(section: &mut ReportSection, machine: &Machine) {
     section.table(table);
 }
 
-fn provenance(section: &mut ReportSection, material: &Material<'_>) -> Result<()> {
+fn provenance(section: &mut ReportSection, material: &ReportInput<'_>) -> Result<()> {
     let groups = material.swept.plan.groups.iter().map(|g| (g.name.clone(), g.description.clone()));
     section.facts(groups);
     section.facts(material.swept.table.provenance.iter().cloned());

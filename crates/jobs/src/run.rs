@@ -4,7 +4,7 @@ use std::path::Path;
 use std::rc::Rc;
 use std::time::Instant;
 
-use super::adaptive::{self, Ran};
+use super::adaptive::{self, FinishedSweep};
 use super::charts::Chart;
 use super::charts::results::{Results, SweepResult};
 use super::designs::{self, DesignTables, fit_designs, one_factor_tables};
@@ -33,7 +33,7 @@ pub fn run<'a>(sweep: &Sweep, folder: &Path, options: SweepOptions<'a>, progress
     // Before the sweep, which takes its time: a mistake in a chart definition should show at once.
     let named = sweep.definition.charts.iter().map(Chart::read).collect::<Result<Vec<_>>>()?;
     designs::rehearse(sweep)?;
-    let Ran { swept, adaptation, fit } = adaptive::run(sweep, folder, options, progress)?;
+    let FinishedSweep { swept, adaptation, fit } = adaptive::run(sweep, folder, options, progress)?;
     let plan = &swept.plan;
     let checked = checked(sweep)?;
     let inventory = sweep.study().map(|study| inventory(&study.model, Some(&sweep.reference()))).transpose()?;
@@ -88,7 +88,7 @@ pub fn run<'a>(sweep: &Sweep, folder: &Path, options: SweepOptions<'a>, progress
     let report = folder.join("report.html");
     report::write(
         &report,
-        &report::Material {
+        &report::ReportInput {
             sweep,
             swept: &swept,
             fitted,

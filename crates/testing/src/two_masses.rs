@@ -4,7 +4,7 @@ use coldplate_base::document::Document;
 use coldplate_base::random::Random;
 use coldplate_describe::machine::Condition;
 use coldplate_evidence::identify;
-use coldplate_evidence::measurement::{Data, ReadingRow, MeasurementUncertainty};
+use coldplate_evidence::measurement::{Data, MeasurementUncertainty, ReadingRow};
 use coldplate_explore::simulate::Start;
 use coldplate_solve::study::Study;
 

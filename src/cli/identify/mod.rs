@@ -16,7 +16,7 @@ use coldplate_evidence::given;
 use coldplate_evidence::identify::{self, Free, IdentifyOptions, IdentifyProblem};
 use coldplate_evidence::record::HeldOut;
 use coldplate_solve::study::{StateTables, Study};
-use show::Found;
+use show::IdentifyResults;
 
 /// Parameters of a machine file from measured data
 #[derive(Debug, clap::Args)]
@@ -138,7 +138,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         atomic_file::write(path, text.as_bytes())?;
     }
     drop(progress);
-    let found = Found {
+    let found = IdentifyResults {
         problem: &problem,
         estimate: &estimate,
         profiles: &profiles,

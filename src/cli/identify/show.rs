@@ -19,7 +19,7 @@ const TOLD: f64 = 2.0;
 const LOUD: f64 = 1.25;
 
 /// Results of an identification, for a reader and for programs.
-pub(super) struct Found<'a> {
+pub(super) struct IdentifyResults<'a> {
     pub(super) problem: &'a IdentifyProblem,
     pub(super) estimate: &'a Estimate,
     pub(super) profiles: &'a [ParameterProfile],
@@ -30,7 +30,7 @@ pub(super) struct Found<'a> {
     pub(super) seconds: f64,
 }
 
-impl Found<'_> {
+impl IdentifyResults<'_> {
     fn shown(&self, k: usize, value: f64) -> String {
         significant(self.problem.free[k].parameter.shown(value), 5)
     }

@@ -12,7 +12,7 @@ use coldplate_explore::sweep::record::SweepRecord;
 use coldplate_explore::sweep::shards::Shard;
 use coldplate_explore::sweep::sweep_file::Sweep;
 use coldplate_explore::sweep::{SweepOptions, Swept};
-use coldplate_jobs::adaptive::{self, Adaptation, Ran};
+use coldplate_jobs::adaptive::{self, Adaptation, FinishedSweep};
 use coldplate_jobs::designs;
 
 /// Design of experiments: run every condition of a sweep file, or as many as its accuracy needs, resuming what is there
@@ -149,7 +149,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     if let Some(journals) = &args.merge {
         return parts::merge(&sweep, &folder, journals, out);
     }
-    let Ran { swept, adaptation, .. } = adaptive::run(&sweep, &folder, options, &progress)?;
+    let FinishedSweep { swept, adaptation, .. } = adaptive::run(&sweep, &folder, options, &progress)?;
     notes(&swept, out);
     adaptation.iter().for_each(|found| warn_of(found, out));
     let (text, record) = told(&sweep, &swept, adaptation.as_ref(), start);

@@ -2,10 +2,10 @@
 
 use coldplate_base::document::Document;
 use coldplate_base::units::Dimension;
-use coldplate_describe::machine::Variable;
-use coldplate_explore::sweep::{Definition, DesignGrowth};
+use coldplate_describe::machine::DescribedVariable;
+use coldplate_explore::sweep::{DesignGrowth, SweepDefinition};
 use coldplate_surrogate::fit::placement::{KnownRow, most_telling};
-use coldplate_surrogate::fit::{self, FitOptions, FitSamples, Output};
+use coldplate_surrogate::fit::{self, FitOptions, FitOutput, FitSamples};
 use coldplate_testing::fits::*;
 
 /// Designs per function.
@@ -16,11 +16,11 @@ const MOST: usize = 72;
 /// A first design of `n` variables that grows, and its rows in [0, 1].
 fn first(n: usize, seed: u64) -> (DesignGrowth, Vec<Vec<f64>>) {
     let variable =
-        |k: usize| Variable { name: format!("x{k}"), unit: "1".into(), dimension: Dimension::NUMBER, default: None, range: None };
-    let variables: Vec<Variable> = (0..n).map(variable).collect();
+        |k: usize| DescribedVariable { name: format!("x{k}"), unit: "1".into(), dimension: Dimension::NUMBER, default: None, range: None };
+    let variables: Vec<DescribedVariable> = (0..n).map(variable).collect();
     let ranges: String = (0..n).map(|k| format!("x{k} = [0, 1]\n")).collect();
     let text = format!("name = 'f'\nmachine = ''\n[design]\nkind = 'adaptive'\naccuracy = '1 K'\nseed = {seed}\n[range]\n{ranges}");
-    let plan = Definition::new(Document::parse(&text, "f.toml").unwrap()).unwrap().plan(&variables).unwrap();
+    let plan = SweepDefinition::new(Document::parse(&text, "f.toml").unwrap()).unwrap().plan(&variables).unwrap();
     (plan.growth.clone().unwrap(), plan.conditions)
 }
 
@@ -43,7 +43,7 @@ fn rounds(f: Function<'_>, ranges: &[(f64, f64)], seed: u64) -> Vec<Round> {
         let rows = stretched(places.clone(), ranges);
         let table: FitSamples = samples(rows.clone(), ranges, &[f]);
         let mut fitted = fit::fit(&table, &FitOptions::default()).unwrap();
-        let Output { values, .. } = table.outputs[0].clone();
+        let FitOutput { values, .. } = table.outputs[0].clone();
         fitted.state_bands(&[values], &batches, 0.95);
         let mut sizes: Vec<f64> = errors(&fitted, 0, &test, f).iter().map(|e| e.abs()).collect();
         sizes.sort_by(f64::total_cmp);

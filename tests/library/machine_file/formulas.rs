@@ -1,11 +1,11 @@
 //! Formulas: arithmetic against hand-calculated values, derivatives against differences, errors.
 
 use coldplate_base::error::Location;
-use coldplate_base::formula::{Formula, Names, Values};
+use coldplate_base::formula::{Formula, FormulaNames, FormulaValues};
 use coldplate_base::units::Dimension;
 
-fn names() -> Names {
-    let mut names = Names::default();
+fn names() -> FormulaNames {
+    let mut names = FormulaNames::default();
     names.add_bare("ambient_temperature", Dimension::TEMPERATURE).unwrap();
     for name in ["ambient_temperature_degC", "motor_speed_rpm", "min_flow", "y_motor_W"] {
         names.add(name).unwrap();
@@ -13,8 +13,8 @@ fn names() -> Names {
     names
 }
 
-fn values() -> Values {
-    Values(vec![296.65, 23.5, 2500.0, 3.0, 113.7])
+fn values() -> FormulaValues {
+    FormulaValues(vec![296.65, 23.5, 2500.0, 3.0, 113.7])
 }
 
 fn parse(text: &str, dimension: Dimension) -> coldplate_base::error::Result<Formula> {
@@ -64,9 +64,9 @@ fn slots_take_constants_variables_and_expressions_in_their_unit() {
 
 #[test]
 fn derivatives_agree_with_differences() {
-    let tangent = Values(vec![0.0, 0.0, 1.0, -2.0, 0.5]);
+    let tangent = FormulaValues(vec![0.0, 0.0, 1.0, -2.0, 0.5]);
     let h = 1e-4;
-    let moved = |sign: f64| Values(values().0.iter().zip(&tangent.0).map(|(v, t)| v + sign * h * t).collect());
+    let moved = |sign: f64| FormulaValues(values().0.iter().zip(&tangent.0).map(|(v, t)| v + sign * h * t).collect());
     for text in [
         "motor_speed_rpm * min_flow / y_motor_W",
         "sqrt(motor_speed_rpm) ^ (min_flow / 4)",

@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 use coldplate_base::error::Kind;
 use coldplate_describe::machine::{
-    BoundaryLaw, Condition, Conductance, ContactLaw, Film, Layout, LimitKind, Machine, OfPressure, Place, Property, Reading, Shape, Side,
-    Total,
+    BlockShape, BoundaryLaw, Condition, Conductance, ContactLaw, FilmSource, Layout, LimitKind, Machine, OfPressure, Place, Property,
+    SensorReading, Side, Total,
 };
 
 const FULL: &str = include_str!("full.toml");
@@ -41,12 +41,12 @@ fn every_table_is_read_into_si() {
     assert_eq!(m.materials.len(), 5);
 
     // The plate is 1..1.24, 1..1.22, 0..0.02; the motor is centred on it and moved by 5 mm.
-    let Shape::Box { min, max } = m.parts[1].blocks[0].shape else { panic!("no box") };
+    let BlockShape::Box { min, max } = m.parts[1].blocks[0].shape else { panic!("no box") };
     assert!(close(min[0], 1.06) && close(min[1], 1.055) && close(min[2], 0.02) && close(max[2], 0.186), "{min:?} {max:?}");
-    let Shape::Cylinder { base, outer, turn, inner, .. } = m.parts[2].blocks[0].shape else { panic!("no cylinder") };
+    let BlockShape::Cylinder { base, outer, turn, inner, .. } = m.parts[2].blocks[0].shape else { panic!("no cylinder") };
     assert!(close(base[0], 1.125) && close(base[1], 1.11) && close(base[2], 0.186) && outer == 0.01 && inner == 0.0);
     assert_eq!(turn, (0.0, 2.0 * PI));
-    let Shape::Cylinder { turn, .. } = m.parts[3].blocks[0].shape else { panic!("no cylinder") };
+    let BlockShape::Cylinder { turn, .. } = m.parts[3].blocks[0].shape else { panic!("no cylinder") };
     assert!(close(turn.1, PI));
     assert_eq!((m.parts[4].blocks.len(), m.parts[4].blocks[0].cells), (2, [Some(4), None, Some(2)]));
     assert_eq!(m.parts[0].surface.excluded[0].side, Side::Low2);
@@ -72,11 +72,15 @@ fn every_table_is_read_into_si() {
     assert!(
         corner(0, [1.01, 1.03, 0.01]) && corner(1, [1.23, 1.03, 0.01]) && corner(2, [1.23, 1.05, 0.01]) && corner(17, [1.23, 1.19, 0.01])
     );
-    assert!(matches!(plate.film, Film::Correlation { bend_factor, .. } if bend_factor > 1.0 && bend_factor <= 1.4), "{:?}", plate.film);
-    assert_eq!((m.channels[1].length, &m.channels[2].film), (Some(0.7), &Film::Given(2251.0)));
+    assert!(
+        matches!(plate.film, FilmSource::Correlation { bend_factor, .. } if bend_factor > 1.0 && bend_factor <= 1.4),
+        "{:?}",
+        plate.film
+    );
+    assert_eq!((m.channels[1].length, &m.channels[2].film), (Some(0.7), &FilmSource::Given(2251.0)));
     assert!(matches!(m.boundaries[1].law, BoundaryLaw::Flux(_)) && m.boundaries[0].faces[0].block == Some(0));
-    assert!(matches!(&m.sensors[2].reads, Reading::Point(0, p) if close(p[0], 1.0) && close(p[1], 1.11) && close(p[2], 0.02)));
-    assert_eq!((&m.sensors[4].reads, &m.sensors[5].reads), (&Reading::Inlet(0), &Reading::Outlet(2)));
+    assert!(matches!(&m.sensors[2].reads, SensorReading::Point(0, p) if close(p[0], 1.0) && close(p[1], 1.11) && close(p[2], 0.02)));
+    assert_eq!((&m.sensors[4].reads, &m.sensors[5].reads), (&SensorReading::Inlet(0), &SensorReading::Outlet(2)));
     assert!(close(m.limits[0].maximum, 318.15) && m.limits[3].kind == LimitKind::Spread(vec![1, 2, 0]));
     assert_eq!(m.measurements[0].readings.len(), 2);
     assert!(close(m.measurements[0].condition[0].1, 3.33e-5) && close(m.measurements[0].others[0].1, 314.95));

@@ -2,8 +2,8 @@
 
 use coldplate_base::document::Document;
 use coldplate_describe::machine::{Machine, SCHEMA};
-use coldplate_describe::schema::{Form, Unstated};
-use coldplate_solve::sensitivity::Parameter;
+use coldplate_describe::schema::{Unstated, ValueForm};
+use coldplate_solve::study::MachineParameter;
 
 const PLATE: &str = include_str!("plate.toml");
 
@@ -72,7 +72,7 @@ fn described(sets: &[(String, String)]) -> String {
 fn unstated_keys_are_parameters_at_their_defaults() {
     let document = Document::parse(PLATE, "plate.toml").unwrap();
     let machine = Machine::from_document(&document).unwrap();
-    let find = |name: &str| Parameter::find(name, &document, &machine);
+    let find = |name: &str| MachineParameter::find(name, &document, &machine);
     for (name, value, unit) in [
         ("drive.y.ratio", 5.0, "1"),
         ("drive.y.acceleration_time", 0.2, "s"),
@@ -96,12 +96,14 @@ fn unstated_keys_are_parameters_at_their_defaults() {
 fn defaults_fit_their_forms() {
     for (pattern, key) in SCHEMA.patterns() {
         let fits = match (key.default, key.form) {
-            (Unstated::Whole(number), Form::Whole(least)) => number >= least,
-            (Unstated::Flag(_), Form::Flag) | (Unstated::Nothing | Unstated::Follows(_), _) => true,
-            (Unstated::Si(si), form) => si.is_finite() && !matches!(form, Form::Text | Form::Flag | Form::Whole(_)),
-            (Unstated::Text(text), Form::Word(words)) => words.contains(&text),
-            (Unstated::Text(_), Form::Formula(_) | Form::Text) => true,
-            (Unstated::Text(text), Form::Either(forms)) => forms.iter().any(|f| matches!(f, Form::Word(words) if words.contains(&text))),
+            (Unstated::Whole(number), ValueForm::Whole(least)) => number >= least,
+            (Unstated::Flag(_), ValueForm::Flag) | (Unstated::Nothing | Unstated::Follows(_), _) => true,
+            (Unstated::Si(si), form) => si.is_finite() && !matches!(form, ValueForm::Text | ValueForm::Flag | ValueForm::Whole(_)),
+            (Unstated::Text(text), ValueForm::Word(words)) => words.contains(&text),
+            (Unstated::Text(_), ValueForm::Formula(_) | ValueForm::Text) => true,
+            (Unstated::Text(text), ValueForm::Either(forms)) => {
+                forms.iter().any(|f| matches!(f, ValueForm::Word(words) if words.contains(&text)))
+            }
             _ => false,
         };
         assert!(fits, "{pattern}: {:?}", key.default);

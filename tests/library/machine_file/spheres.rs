@@ -1,6 +1,6 @@
 //! Spheres: what is read and what is refused.
 
-use coldplate_describe::machine::{Machine, Shape, Side};
+use coldplate_describe::machine::{BlockShape, Machine, Side};
 use coldplate_network::Network;
 use coldplate_network::mesh::Mesh;
 
@@ -14,12 +14,12 @@ fn spheres_are_read() {
         "sphere = { outer_diameter = '50 mm', inner = '5 mm' }\nat = ['0.1 m', '0 m', '0 m']\nsurface = { emissivity = 0.3, excluded = ['inner'] }",
     );
     let machine: Machine = text.parse().unwrap();
-    assert_eq!(machine.parts[0].blocks[0].shape, Shape::Sphere { centre: [0.1, 0.0, 0.0], inner: 0.005, outer: 0.025 });
+    assert_eq!(machine.parts[0].blocks[0].shape, BlockShape::Sphere { centre: [0.1, 0.0, 0.0], inner: 0.005, outer: 0.025 });
     assert_eq!(machine.parts[0].surface.excluded[0].side, Side::Low0);
     // Standing on a plate, it touches it from above, in the middle.
     let text = with("sphere = { outer = '20 mm' }\non = 'plate.+z'\n[part.plate]\nmaterial = 'steel'\nbox = ['0.1 m', '0.2 m', '10 mm']");
     let machine: Machine = text.parse().unwrap();
-    let Shape::Sphere { centre, .. } = machine.parts[0].blocks[0].shape else { panic!("no sphere") };
+    let BlockShape::Sphere { centre, .. } = machine.parts[0].blocks[0].shape else { panic!("no sphere") };
     assert!((centre[0] - 0.05).abs() + (centre[1] - 0.1).abs() + (centre[2] - 0.03).abs() < 1e-15, "{centre:?}");
 }
 

@@ -1,12 +1,12 @@
 //! The shipped sweeps: every one names a machine that exists and a design that can be run.
 
 use coldplate_describe::machine::Machine;
-use coldplate_explore::sweep::{Definition, Group, Plan, Purpose};
+use coldplate_explore::sweep::{ConditionGroup, Plan, Purpose, SweepDefinition};
 
 use super::{files, folder};
 
 fn plan(path: &std::path::Path) -> (Machine, Plan) {
-    let definition = Definition::read(path).unwrap_or_else(|e| panic!("{e}"));
+    let definition = SweepDefinition::read(path).unwrap_or_else(|e| panic!("{e}"));
     let machine = Machine::read(definition.machine.as_ref().unwrap(), &definition.set).unwrap_or_else(|e| panic!("{e}"));
     let plan = definition.plan(&machine.variables).unwrap_or_else(|e| panic!("{e}"));
     (machine, plan)
@@ -58,7 +58,7 @@ fn the_papers_sweeps_are_as_published() {
 fn the_main_job_trains_on_200_runs_at_most() {
     let (_, plan) = plan(&folder("sweeps").join("five_axis.toml"));
     // One-factor sweeps beside the design vary a single variable and train nothing.
-    let rows = |keep: &dyn Fn(&Group) -> bool| plan.groups.iter().filter(|g| keep(g)).map(|g| g.rows.len()).sum::<usize>();
+    let rows = |keep: &dyn Fn(&ConditionGroup) -> bool| plan.groups.iter().filter(|g| keep(g)).map(|g| g.rows.len()).sum::<usize>();
     let training = rows(&|g| g.purpose == Purpose::Fit && g.varied.len() == 4);
     let held_out = rows(&|g| g.purpose == Purpose::Validation);
     assert!((100..=200).contains(&training), "{training}");

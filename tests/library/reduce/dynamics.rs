@@ -9,7 +9,7 @@ use coldplate_jobs::dynamics_fit::with_dynamics;
 use coldplate_jobs::fitting;
 use coldplate_jobs::surrogate_run::SurrogateRun;
 use coldplate_reduce::{ReducedModel, reduce};
-use coldplate_surrogate::fit::model::Surrogate;
+use coldplate_surrogate::fit::model::SurrogateSpec;
 use coldplate_surrogate::fit::{FitOptions, file};
 use coldplate_tables::{Column, Table};
 
@@ -17,7 +17,7 @@ use crate::reduce::histories::{moving_model, schedule};
 use crate::reduce::{settings, study};
 
 /// A surrogate of the variables that have ranges, through answers of a reduced model.
-fn surrogate(model: &ReducedModel) -> Surrogate {
+fn surrogate(model: &ReducedModel) -> SurrogateSpec {
     let machine = &model.machine;
     let varied: Vec<usize> = (0..model.ranges.len()).filter(|v| model.ranges[*v].1 > model.ranges[*v].0).collect();
     let mut shares = design::latin_hypercube(200, varied.len(), 3);
@@ -93,7 +93,7 @@ fn a_model_of_something_else_is_refused() {
     let study = study("rig", 600);
     let model = reduce(&study, &settings(&study, false), &Silent).expect("a model");
     let mut surrogate = surrogate(&model);
-    let refused = |surrogate: &mut Surrogate, model: &ReducedModel| {
+    let refused = |surrogate: &mut SurrogateSpec, model: &ReducedModel| {
         with_dynamics(surrogate, model, &Silent).expect_err("it does not fit").to_string()
     };
     assert!(refused(&mut surrogate, &model).contains("steady states only"));

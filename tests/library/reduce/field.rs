@@ -4,7 +4,7 @@ use coldplate_base::progress::Silent;
 use coldplate_base::random::Random;
 use coldplate_describe::machine::Condition;
 use coldplate_network::Load;
-use coldplate_reduce::{ReducedModel, Settings, reduce};
+use coldplate_reduce::{ReduceSettings, ReducedModel, reduce};
 use coldplate_solve::Solver;
 
 use super::{settings, study};
@@ -17,7 +17,7 @@ fn the_field_is_that_of_the_full_model() {
     // Blocks, tetrahedra, and held boundaries of a lumped circuit.
     for (machine, cells, conditions, most) in [("five_axis", 2500, 12, 0.01), ("bracket", 1000, 12, 0.01), ("rig", 1500, 12, 0.01)] {
         let study = study(machine, cells);
-        let settings = Settings { with_field: true, ..settings(&study, false) };
+        let settings = ReduceSettings { with_field: true, ..settings(&study, false) };
         let model = reduce(&study, &settings, &Silent).expect("a reduced model");
         let bytes = model.to_bytes(study.document()).expect("bytes");
         let bare = ReducedModel { field: None, ..model.clone() }.to_bytes(study.document()).expect("bytes");
@@ -62,7 +62,7 @@ fn a_model_without_its_field_says_so() {
     let answer = model.steady(&condition, &[]).expect("an answer");
     let text = model.temperatures(&answer, &condition, &study.model.network).expect_err("no field").to_string();
     assert!(text.contains("--field"), "{text}");
-    let with = reduce(&study, &Settings { with_field: true, ..settings(&study, false) }, &Silent).expect("a reduced model");
+    let with = reduce(&study, &ReduceSettings { with_field: true, ..settings(&study, false) }, &Silent).expect("a reduced model");
     let other = super::study("rig", 1500);
     let text = with.temperatures(&answer, &condition, &other.model.network).expect_err("another mesh").to_string();
     assert!(text.contains("mesh") && text.contains("anew"), "{text}");

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use coldplate_base::progress::Silent;
-use coldplate_reduce::{Level, ReducedModel, Settings, reduce};
+use coldplate_reduce::{ReduceSettings, ReducedModel, ReducedNetwork, reduce};
 use nalgebra::DMatrix;
 
 use super::{settings, study};
@@ -125,7 +125,7 @@ fn whole(bytes: &mut &[u8]) -> u64 {
     number
 }
 
-fn is_that(level: &Level, found: &Value) {
+fn is_that(level: &ReducedNetwork, found: &Value) {
     let pairs = [
         ("conduction", &level.conduction),
         ("capacity", &level.capacity),
@@ -172,7 +172,7 @@ fn the_page_says_what_every_byte_is() {
     for (machine, with_everything) in [("rig", true), ("enclosure", false), ("five_axis", false)] {
         let study = study(machine, 600);
         let own = settings(&study, with_everything);
-        let settings = Settings { most: 40, with_field: with_everything, histories: usize::from(with_everything), ..own };
+        let settings = ReduceSettings { most: 40, with_field: with_everything, histories: usize::from(with_everything), ..own };
         let model = reduce(&study, &settings, &Silent).expect("a reduced model");
         let file = model.to_bytes(study.document()).expect("bytes");
         let mut bytes = file.as_slice();

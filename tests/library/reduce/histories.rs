@@ -4,8 +4,8 @@ use std::sync::OnceLock;
 
 use coldplate_base::progress::Silent;
 use coldplate_describe::machine::Machine;
-use coldplate_explore::schedule::{Row, Schedule};
-use coldplate_explore::simulate::{self, SimulateOptions, Start, Subject};
+use coldplate_explore::schedule::{Breakpoint, Schedule};
+use coldplate_explore::simulate::{self, SimulateOptions, SimulatedMachine, Start};
 use coldplate_reduce::{ReducedModel, reduce};
 use coldplate_solve::study::Study;
 
@@ -18,7 +18,7 @@ const TRUTH: f64 = 0.0005;
 pub fn schedule(machine: &Machine, model: &ReducedModel, hour: f64) -> Schedule {
     let at = |time: f64, shares: [f64; 4]| {
         let value = |(v, (low, high)): (usize, &(f64, f64))| low + shares.get(v).copied().unwrap_or(0.5) * (high - low);
-        Row { time: time * hour, values: model.ranges.iter().enumerate().map(value).collect() }
+        Breakpoint { time: time * hour, values: model.ranges.iter().enumerate().map(value).collect() }
     };
     assert_eq!(machine.variables.len(), model.ranges.len());
     let rows = vec![
@@ -60,7 +60,7 @@ pub fn moving_model(name: &str, cells: usize) -> &'static (Study, ReducedModel) 
     let place = if name == "rig" { &RIG } else { &FIVE_AXIS };
     place.get_or_init(|| {
         let study = study(name, cells);
-        let settings = coldplate_reduce::Settings { histories: 4, ..settings(&study, false) };
+        let settings = coldplate_reduce::ReduceSettings { histories: 4, ..settings(&study, false) };
         let model = reduce(&study, &settings, &Silent).expect("a model");
         (study, model)
     })
@@ -82,7 +82,7 @@ fn followed(name: &str, cells: usize, hour: f64, most: f64) {
     let (schedule, options) = (schedule(&model.machine, model, hour), SimulateOptions::default());
     let [a, b] = [model, &again].map(|model| simulate::run_reduced(model, &schedule, &options).expect("a history"));
     assert_eq!(a.readings, b.readings);
-    let table = a.table(&Subject::from(&again)).expect("a table");
+    let table = a.table(&SimulatedMachine::from(&again)).expect("a table");
     assert!(table.columns.iter().any(|c| c.name.ends_with(" bound")));
 }
 
@@ -101,7 +101,7 @@ fn of_the_five_axis_machine() {
 fn a_sliver_of_time_stops_no_history() {
     let study = study("slab", 300);
     let ranges = vec![(2.0 / 6e4, 8.0 / 6e4), (291.15, 297.15), (0.0, 314.16), (291.15, 301.15)];
-    let settings = coldplate_reduce::Settings { histories: 2, ranges, ..settings(&study, false) };
+    let settings = coldplate_reduce::ReduceSettings { histories: 2, ranges, ..settings(&study, false) };
     let made = reduce(&study, &settings, &Silent).expect("a model").in_time.expect("it follows histories");
     assert!(made.largest_error < 0.01, "{} K", made.largest_error);
 }

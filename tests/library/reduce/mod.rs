@@ -12,7 +12,7 @@ use coldplate_base::progress::Silent;
 use coldplate_base::random::Random;
 use coldplate_describe::machine::Condition;
 use coldplate_network::{Load, Network};
-use coldplate_reduce::{ReducedModel, Settings, reduce};
+use coldplate_reduce::{ReduceSettings, ReducedModel, reduce};
 use coldplate_solve::Solver;
 use coldplate_solve::study::Study;
 
@@ -23,16 +23,16 @@ fn study(machine: &str, cells: usize) -> Study {
 }
 
 /// The four usual variables over their ranges, or those of every machine, the rest at their defaults.
-fn settings(study: &Study, with_parameters: bool) -> Settings {
+fn settings(study: &Study, with_parameters: bool) -> ReduceSettings {
     let usual = [(3.925e-5, 3.14e-4), (291.15, 297.15), (26.2, 261.8), (291.15, 297.15)];
-    let range = |(i, v): (usize, &coldplate_describe::machine::Variable)| match (usual.get(i), v.range, v.default) {
+    let range = |(i, v): (usize, &coldplate_describe::machine::DescribedVariable)| match (usual.get(i), v.range, v.default) {
         (Some(_), Some(range), _) | (None, Some(range), None) => range,
         (Some(usual), None, _) => *usual,
         (None, _, Some(value)) => (value, value),
         (None, None, None) => panic!("{} has neither range nor default", v.name),
     };
     let ranges = study.model.machine.variables.iter().enumerate().map(range).collect();
-    Settings { accuracy: ACCURACY, ranges, with_parameters, most: 400, histories: 0, with_field: false, seed: 1 }
+    ReduceSettings { accuracy: ACCURACY, ranges, with_parameters, most: 400, histories: 0, with_field: false, seed: 1 }
 }
 
 /// What bound over error is, condition by condition, and how many readings are outside their bound.
@@ -71,7 +71,7 @@ fn effectivity(study: &Study, model: &ReducedModel, count: usize) -> Effectivity
 /// Every reading is within its bound; the largest bound, K.
 fn holds(name: &str, cells: usize, with_parameters: bool, most: usize, count: usize) -> (Study, ReducedModel, f64) {
     let study = study(name, cells);
-    let settings = Settings { most, ..settings(&study, with_parameters) };
+    let settings = ReduceSettings { most, ..settings(&study, with_parameters) };
     let model = reduce(&study, &settings, &Silent).expect("a reduced model");
     let found = effectivity(&study, &model, count);
     let share = found.ratios.iter().filter(|r| (1.0..=20.0).contains(*r)).count() as f64 / count as f64;
@@ -224,10 +224,10 @@ fn what_no_model_can_be_made_of_is_said() {
     let study = study("rig", 300);
     let usual = settings(&study, false);
     let held = usual.ranges.iter().map(|(low, high)| (0.5 * (low + high), 0.5 * (low + high))).collect();
-    let said = |settings: Settings| reduce(&study, &settings, &Silent).expect_err("no model").to_string();
-    let text = said(Settings { ranges: held, ..usual.clone() });
+    let said = |settings: ReduceSettings| reduce(&study, &settings, &Silent).expect_err("no model").to_string();
+    let text = said(ReduceSettings { ranges: held, ..usual.clone() });
     assert!(text.contains("nothing varies"), "{text}");
-    let text = said(Settings { most: 3, ..usual });
+    let text = said(ReduceSettings { most: 3, ..usual });
     assert!(text.contains("--max-runs"), "{text}");
 }
 

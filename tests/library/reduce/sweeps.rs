@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use coldplate_base::document::Document;
 use coldplate_base::units;
 use coldplate_explore::sweep::sweep_file::Sweep;
-use coldplate_explore::sweep::{Definition, JOURNAL, SweepOptions, Swept};
+use coldplate_explore::sweep::{JOURNAL, SweepDefinition, SweepOptions, Swept};
 use coldplate_tables::Table;
 
 use super::{settings, study};
@@ -46,7 +46,7 @@ fn sweep(machine: &str, cells: usize, head: &str, runs: usize) -> Sweep {
     let text = format!(
         "name = '{machine}'\nmachine = 'm.toml'\n{head}\n[design]\nkind = 'latin_hypercube'\nruns = {runs}\n[validation]\nruns = 30\n[range]\n{range}[hold]\n{hold}"
     );
-    let definition = Definition::new(Document::parse(&text, "s.toml").expect("a document")).expect("a sweep file");
+    let definition = SweepDefinition::new(Document::parse(&text, "s.toml").expect("a document")).expect("a sweep file");
     let plan = definition.plan(&study.model.machine.variables).expect("a plan");
     Sweep::of(definition, plan, study).expect("a sweep")
 }
@@ -155,7 +155,7 @@ fn the_bound_goes_into_the_band() {
 #[test]
 fn what_cannot_be_answered_so_is_said_where_it_stands() {
     let said = |text: &str| {
-        let definition = Definition::new(Document::parse(text, "s.toml").expect("a document"));
+        let definition = SweepDefinition::new(Document::parse(text, "s.toml").expect("a document"));
         definition.and_then(|d| d.plan(&study("rig", 300).model.machine.variables)).expect_err("it is refused").to_string()
     };
     let head = "name = 'a'\nmachine = 'm.toml'\n";

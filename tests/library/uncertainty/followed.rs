@@ -3,7 +3,7 @@
 use coldplate_base::document::Document;
 use coldplate_base::random::Random;
 use coldplate_describe::machine::Condition;
-use coldplate_explore::sweep::{Definition, SweepOptions, sweep_file::Sweep};
+use coldplate_explore::sweep::{SweepDefinition, SweepOptions, sweep_file::Sweep};
 use coldplate_jobs::fitting::{fit_table, with_followed, with_uncertainty};
 use coldplate_solve::study::Study;
 use coldplate_surrogate::fit::file::{decode, encode, open};
@@ -24,7 +24,7 @@ fn fitted(name: &str, follow: &str) -> (Study, SurrogateFit) {
     document.apply_set("variables.preload", "{ unit = \"N\", default = \"300 N\", range = [\"100 N\", \"900 N\"] }").unwrap();
     document.apply_set("variables.second_speed", "{ unit = \"rpm\", default = \"200 rpm\", range = [\"0 rpm\", \"2000 rpm\"] }").unwrap();
     document.apply_set("source.second", "{ in = \"pedestal\", power = \"5e-5 * preload_N * second_speed_rpm\" }").unwrap();
-    let definition = Definition::new(Document::parse(&format!("{DESIGN}{follow}"), "sweep.toml").unwrap()).unwrap();
+    let definition = SweepDefinition::new(Document::parse(&format!("{DESIGN}{follow}"), "sweep.toml").unwrap()).unwrap();
     let study = Study::new(document, Some(400)).unwrap();
     let plan = definition.plan(&study.model.machine.variables).unwrap();
     let sweep = Sweep::of(definition, plan, study).unwrap();

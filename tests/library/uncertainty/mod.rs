@@ -116,7 +116,7 @@ fn both_ways_to_the_slopes_agree() {
 fn surrogate(document: &Document, cells: usize, folder: &Path) -> Vec<u8> {
     std::fs::create_dir_all(folder).unwrap();
     let sweep = std::fs::read_to_string(root().join("examples/tutorial/sweep.toml")).unwrap();
-    let definition = coldplate_explore::sweep::Definition::new(Document::parse(&sweep, "sweep.toml").unwrap()).unwrap();
+    let definition = coldplate_explore::sweep::SweepDefinition::new(Document::parse(&sweep, "sweep.toml").unwrap()).unwrap();
     let study = Study::new(document.clone(), Some(cells)).unwrap();
     let plan = definition.plan(&study.model.machine.variables).unwrap();
     let sweep = Sweep::of(definition, plan, study).unwrap();
@@ -244,7 +244,8 @@ fn bands_cover_what_they_say() {
         let errors: Vec<f64> = (0..5).map(|_| common + 0.3 * random.normal()).collect();
         let read = [4, 8, 20][seed as usize % 3];
         let draw = |random: &mut Random| -> Condition {
-            let of = |v: &coldplate_describe::machine::Variable| v.range.map(|(low, high)| low + (high - low) * random.unit()).unwrap();
+            let of =
+                |v: &coldplate_describe::machine::DescribedVariable| v.range.map(|(low, high)| low + (high - low) * random.unit()).unwrap();
             Condition::from_si(study.model.machine.variables.iter().map(of).collect())
         };
         let conditions: Vec<Condition> = (0..read + 6).map(|_| draw(&mut random)).collect();

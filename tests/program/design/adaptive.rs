@@ -6,8 +6,8 @@ use std::process::{Command, Stdio};
 use coldplate_base::progress::Silent;
 use coldplate_explore::sweep::sweep_file::Sweep;
 use coldplate_explore::sweep::{ADDED, JOURNAL, SweepOptions};
-use coldplate_jobs::adaptive::{self, Ran};
-use coldplate_jobs::figures::Comparison;
+use coldplate_jobs::adaptive::{self, FinishedSweep};
+use coldplate_jobs::figures::TableComparison;
 use coldplate_surrogate::fit::file;
 use coldplate_tables::Table;
 
@@ -31,17 +31,17 @@ fn rig(folder: &Path, design: &str) -> PathBuf {
     path
 }
 
-fn ran(folder: &Path, design: &str) -> Ran {
+fn ran(folder: &Path, design: &str) -> FinishedSweep {
     let sweep = Sweep::open(rig(folder, design), None, &[]).unwrap();
     adaptive::run(&sweep, &folder.join("out"), SweepOptions::default(), &Silent).unwrap()
 }
 
 /// Largest error of a fit at the held-out conditions, and the smallest share inside the band of any point.
-fn held_out(ran: &Ran) -> (f64, f64) {
+fn held_out(ran: &FinishedSweep) -> (f64, f64) {
     let fit = ran.fit.as_ref().unwrap();
     let bytes = fit.to_bytes().unwrap();
     let opened = file::open(&bytes).unwrap();
-    let mut comparison = Comparison::default();
+    let mut comparison = TableComparison::default();
     comparison.add(&opened, ran.swept.validation.as_ref().unwrap(), true).unwrap();
     let errors = (0..fit.points.len()).map(|p| comparison.held_out_errors(p, fit.points[p].half_width).unwrap());
     errors.fold((0.0, 1.0), |(largest, share): (f64, f64), e| (largest.max(e.0), share.min(e.2)))

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use coldplate_base::document::Document;
 use coldplate_base::random::Random;
 use coldplate_evidence::identify;
-use coldplate_evidence::measurement::{Data, Row};
+use coldplate_evidence::measurement::{Data, ReadingRow};
 use coldplate_explore::simulate::Start;
 use coldplate_solve::study::Study;
 use coldplate_testing::machines::SMALL;
@@ -58,7 +58,7 @@ fn folder(name: &str, planted: &[(&str, &str)]) -> (PathBuf, String, String) {
         ];
         let pairs: Vec<(&str, &str)> = given.iter().map(|(n, v)| (*n, v.as_str())).collect();
         let condition = truth.model.machine.condition(&pairs).unwrap();
-        Row {
+        ReadingRow {
             test: format!("test {}", i + 1),
             time: None,
             condition,

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 use std::process::Command;
 
-use coldplate_describe::machine::{Face, Machine, Reading, Side};
+use coldplate_describe::machine::{Face, Machine, SensorReading, Side};
 use coldplate_solve::meshed::MeshedMachine;
 
 use crate::displacement::{POST, folder};
@@ -80,7 +80,7 @@ fn deck(model: &MeshedMachine, parts: &[&str], temperatures: &[f64]) -> (String,
         own.min_by(|a, b| apart(&a.1.1).total_cmp(&apart(&b.1.1))).unwrap().0 + 1
     };
     let read: Vec<usize> = (machine.sensors.iter())
-        .filter_map(|s| if let Reading::Displacement(own) = &s.reads { Some(nearest(own.of)) } else { None })
+        .filter_map(|s| if let SensorReading::Displacement(own) = &s.reads { Some(nearest(own.of)) } else { None })
         .collect();
     let list: Vec<String> = read.iter().map(usize::to_string).collect();
     let reference = machine.elasticity.reference - 273.15;
@@ -117,7 +117,7 @@ fn compared(name: &str, machine: Machine, parts: &[&str], cells: usize, conditio
     let theirs = solved(&folder, &deck)?;
     let ours = model.readings(&state);
     let displacements = model.machine.sensors.iter().zip(&ours).filter_map(|(sensor, value)| match &sensor.reads {
-        Reading::Displacement(own) => Some((&sensor.name, own.direction, *value)),
+        SensorReading::Displacement(own) => Some((&sensor.name, own.direction, *value)),
         _ => None,
     });
     let (mut apart, mut largest) = (0.0_f64, 0.0_f64);

@@ -15,9 +15,6 @@ use coldplate_base::numbers::root_mean_square;
 use coldplate_explore::simulate::Start;
 use coldplate_solve::study::Study;
 
-/// Cells of the finest mesh over those of the model, the first tried and the most; dimensionless. The first is kept if it
-/// leaves no more open than is asked for. Chosen: 1.4 and 2.1 times as many cells along each edge; more cost time.
-const FINEST: [f64; 2] = [3.0, 9.0];
 /// Cells of the meshes between the model's and the finest, as shares of the finest. Chosen: both lie between for either finest
 /// mesh.
 const BETWEEN: [f64; 2] = [0.5, 2.0 / 3.0];
@@ -56,6 +53,10 @@ struct Rough {
 }
 
 impl MeshShare {
+    /// Cells of the finest mesh over those of the model, the first tried and the most; dimensionless. The first is kept if it
+    /// leaves no more open than is asked for. Chosen: 1.4 and 2.1 times as many cells along each edge; more cost time.
+    pub const FINEST: [f64; 2] = [3.0, 9.0];
+
     /// A share of zero in so many readings.
     pub fn none(readings: usize) -> Self {
         Self { correction: vec![0.0; readings], ..Self::default() }
@@ -71,7 +72,7 @@ impl MeshShare {
         if study.model.mesh.cells == 0 {
             return Ok(Self::none(own.len()));
         }
-        let [few, many] = FINEST;
+        let [few, many] = Self::FINEST;
         let found = Self::up_to(few, study, data, own, &[], &predict)?;
         if found.open() <= enough {
             return Ok(found);
@@ -89,7 +90,7 @@ impl MeshShare {
         if study.model.mesh.cells == 0 {
             return Ok(self.clone());
         }
-        let rough = Meshed::of(study, FINEST[0], &self.rough.fields, &predict)?.continued(own);
+        let rough = Meshed::of(study, Self::FINEST[0], &self.rough.fields, &predict)?.continued(own);
         let changed: Vec<f64> = rough.correction.iter().zip(&self.rough.correction).map(|(now, before)| now - before).collect();
         if root_mean_square(&changed) > MOST_CHANGED * enough {
             return Ok(Self { rough, ..Self::up_to(self.finest, study, data, own, &self.fields, &predict)? });

@@ -2,8 +2,8 @@
 //!
 //! ```text
 //! sweep file -> SweepDefinition -> (with the machine's variables) Plan -> execute -> Table
-//!                                                                       |
-//!                                                   journal: finished conditions, safe on disk
+//!                                                                            |
+//!                                                        journal: finished conditions, safe on disk
 //! ```
 //!
 //! [`execute`] knows nothing of machines: it gets a function from a condition to its outputs.

@@ -3,7 +3,7 @@
 
 use std::f64::consts::TAU;
 
-use super::deck::{Deck, Kind, Set, Weights};
+use super::deck::{Deck, ElementKind, ElementSet, NodeWeights};
 use coldplate_base::error::{Error, Result};
 use coldplate_describe::machine::Side;
 use coldplate_network::mesh::grid::{Grid, LocalFrame};
@@ -18,7 +18,7 @@ const LEAST_WEIGHT: f64 = 1e-12;
 const WIDEST: f64 = TAU / 3.0 * (1.0 + 1e-9);
 
 /// The grids of a mesh with the nodes of their corners.
-pub(super) struct Bodies<'a> {
+pub(super) struct DeckBodies<'a> {
     grids: &'a [Grid],
     /// Number of the first node of each grid.
     first: Vec<u32>,
@@ -26,7 +26,7 @@ pub(super) struct Bodies<'a> {
     nodes: Vec<[f64; 3]>,
 }
 
-impl<'a> Bodies<'a> {
+impl<'a> DeckBodies<'a> {
     /// Adds the nodes and elements of all cells; element number = cell + 1.
     ///
     /// # Errors
@@ -58,7 +58,7 @@ impl<'a> Bodies<'a> {
                 // At the axis two pairs of corners are one node each.
                 let is_wedge = has_axis(grid) && c[0] == 0;
                 let nodes = if is_wedge { [0, 1, 2, 4, 5, 6].map(|i| corners[i]).to_vec() } else { corners.to_vec() };
-                deck.element(if is_wedge { Kind::C3D6 } else { Kind::C3D8 }, Set::Grid(g), nodes);
+                deck.element(if is_wedge { ElementKind::C3D6 } else { ElementKind::C3D8 }, ElementSet::Grid(g), nodes);
             }
         }
         bodies.nodes.clone_from(&deck.nodes);
@@ -109,8 +109,8 @@ impl<'a> Bodies<'a> {
     }
 
     /// Shape functions at shares of a cell along its axes.
-    fn shape(&self, g: usize, c: [usize; 3], shares: [f64; 3]) -> Weights {
-        let mut found = Weights::new();
+    fn shape(&self, g: usize, c: [usize; 3], shares: [f64; 3]) -> NodeWeights {
+        let mut found = NodeWeights::new();
         for (node, high) in self.corners(g, c).into_iter().zip(CORNERS) {
             let weight: f64 = (0..3).map(|d| if high[d] == 1 { shares[d] } else { 1.0 - shares[d] }).product();
             if weight > LEAST_WEIGHT {
@@ -126,24 +126,24 @@ impl<'a> Bodies<'a> {
     }
 
     /// The temperature at a point (m) of a cell.
-    pub(super) fn at(&self, g: usize, c: [usize; 3], point: [f64; 3]) -> Weights {
+    pub(super) fn at(&self, g: usize, c: [usize; 3], point: [f64; 3]) -> NodeWeights {
         self.shape(g, c, self.shares(g, c, point))
     }
 
     /// The temperature of a cell's face at the point of it that is nearest to a given one (m).
-    pub(super) fn on_face(&self, g: usize, c: [usize; 3], side: Side, point: [f64; 3]) -> Weights {
+    pub(super) fn on_face(&self, g: usize, c: [usize; 3], side: Side, point: [f64; 3]) -> NodeWeights {
         let mut shares = self.shares(g, c, point);
         shares[side.axis()] = if side.is_high() { 1.0 } else { 0.0 };
         self.shape(g, c, shares)
     }
 
     /// The mean temperature of a cell.
-    pub(super) fn mean(&self, g: usize, c: [usize; 3]) -> Weights {
+    pub(super) fn mean(&self, g: usize, c: [usize; 3]) -> NodeWeights {
         self.shape(g, c, [0.5; 3])
     }
 
     /// The mean temperature of a cell's face.
-    pub(super) fn face_mean(&self, g: usize, c: [usize; 3], side: Side) -> Weights {
+    pub(super) fn face_mean(&self, g: usize, c: [usize; 3], side: Side) -> NodeWeights {
         let mut shares = [0.5; 3];
         shares[side.axis()] = if side.is_high() { 1.0 } else { 0.0 };
         self.shape(g, c, shares)
@@ -196,7 +196,7 @@ fn has_axis(grid: &Grid) -> bool {
 }
 
 /// Adds a weight to those of a node.
-pub(super) fn add(weights: &mut Weights, node: u32, weight: f64) {
+pub(super) fn add(weights: &mut NodeWeights, node: u32, weight: f64) {
     match weights.iter_mut().find(|(known, _)| *known == node) {
         Some((_, sum)) => *sum += weight,
         None => weights.push((node, weight)),

@@ -1,7 +1,7 @@
 //! Thin wedges between the faces of touching blocks.
 
-use super::bodies::Bodies;
-use super::deck::{Deck, Set};
+use super::bodies::DeckBodies;
+use super::deck::{Deck, ElementSet};
 use coldplate_describe::machine::Side;
 use coldplate_solve::meshed::{MeshedMachine, SteadyState};
 
@@ -14,7 +14,7 @@ pub(super) const BOND_CONDUCTIVITY: f64 = 1000.0;
 const BOND: f64 = 100.0;
 
 /// Adds the wedges.
-pub(super) fn add(model: &MeshedMachine, state: &SteadyState, bodies: &Bodies<'_>, deck: &mut Deck) {
+pub(super) fn add(model: &MeshedMachine, state: &SteadyState, bodies: &DeckBodies<'_>, deck: &mut Deck) {
     let (network, temperatures) = (&model.network, &state.solution.temperatures);
     for crossed in &network.crossed {
         let interface = &model.mesh.interfaces[crossed.interface];
@@ -25,9 +25,9 @@ pub(super) fn add(model: &MeshedMachine, state: &SteadyState, bodies: &Bodies<'_
             let h = network.contact_conductance(joint, temperatures, &state.load.contacts);
             if h.is_infinite() {
                 let h = BOND * half_cells(model, [(interface.a, overlap.a), (interface.b, overlap.b)], temperatures);
-                deck.wedge(Set::Bond, overlap.point, overlap.area, BOND_CONDUCTIVITY / h, ends);
+                deck.wedge(ElementSet::Bond, overlap.point, overlap.area, BOND_CONDUCTIVITY / h, ends);
             } else if h > 0.0 {
-                deck.wedge(Set::Contact, overlap.point, overlap.area, CONTACT_CONDUCTIVITY / h, ends);
+                deck.wedge(ElementSet::Contact, overlap.point, overlap.area, CONTACT_CONDUCTIVITY / h, ends);
             }
         }
     }

@@ -2,7 +2,7 @@
 
 /// Kinds of elements, by CalculiX's names.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum ElementKind {
     /// Hexahedron.
     C3D8,
     /// Wedge.
@@ -13,7 +13,7 @@ pub(super) enum Kind {
     D,
 }
 
-impl Kind {
+impl ElementKind {
     pub(super) fn name(self) -> &'static str {
         match self {
             Self::C3D8 => "C3D8",
@@ -26,7 +26,7 @@ impl Kind {
 
 /// Sets of elements that share a section.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Set {
+pub(super) enum ElementSet {
     /// The cells of a grid of the mesh.
     Grid(usize),
     /// Wedges across contacts.
@@ -39,7 +39,7 @@ pub(super) enum Set {
     Water,
 }
 
-impl Set {
+impl ElementSet {
     pub(super) fn name(self) -> String {
         match self {
             Self::Grid(g) => format!("BLOCK{}", g + 1),
@@ -52,15 +52,15 @@ impl Set {
 }
 
 /// Weights over nodes, which sum to one.
-pub(super) type Weights = Vec<(u32, f64)>;
+pub(super) type NodeWeights = Vec<(u32, f64)>;
 
 /// Number of the node that stands outside of the network, where water comes from and goes to: zero in CalculiX.
 pub(super) const OUTSIDE: u32 = 0;
 
 #[derive(Debug, Clone)]
 pub(super) struct Element {
-    pub(super) kind: Kind,
-    pub(super) set: Set,
+    pub(super) kind: ElementKind,
+    pub(super) set: ElementSet,
     pub(super) nodes: Vec<u32>,
 }
 
@@ -90,7 +90,7 @@ pub(super) struct Deck {
     pub(super) nodes: Vec<[f64; 3]>,
     pub(super) elements: Vec<Element>,
     /// Nodes whose temperature follows from those of others.
-    pub(super) equations: Vec<(u32, Weights)>,
+    pub(super) equations: Vec<(u32, NodeWeights)>,
     /// Nodes held at a temperature.
     pub(super) held: Vec<(u32, f64)>,
     /// Mass flow (kg/s) at the middle nodes of fluid elements.
@@ -114,21 +114,21 @@ impl Deck {
     }
 
     /// Adds a node whose temperature is a mean of others; returns its number.
-    pub(super) fn follower(&mut self, at: [f64; 3], weights: &Weights) -> u32 {
+    pub(super) fn follower(&mut self, at: [f64; 3], weights: &NodeWeights) -> u32 {
         let node = self.node(at);
         self.equations.push((node, weights.clone()));
         node
     }
 
     /// Adds an element; returns its number.
-    pub(super) fn element(&mut self, kind: Kind, set: Set, nodes: Vec<u32>) -> usize {
+    pub(super) fn element(&mut self, kind: ElementKind, set: ElementSet, nodes: Vec<u32>) -> usize {
         self.elements.push(Element { kind, set, nodes });
         self.elements.len()
     }
 
     /// Adds a tetrahedron at the temperature of `weights`, with a first face of `area` (m²); returns its number and first node. The
     /// fourth node is free: nothing takes heat from it.
-    pub(super) fn place(&mut self, at: [f64; 3], area: f64, weights: &Weights) -> (usize, u32) {
+    pub(super) fn place(&mut self, at: [f64; 3], area: f64, weights: &NodeWeights) -> (usize, u32) {
         let leg = (2.0 * area).sqrt();
         let free = self.node([at[0], at[1], at[2] + leg]);
         self.under(free, at, leg, weights)
@@ -141,19 +141,19 @@ impl Deck {
         self.under(node, [x, y, z - leg], leg, &vec![(node, 1.0)]).0
     }
 
-    fn under(&mut self, top: u32, [x, y, z]: [f64; 3], leg: f64, weights: &Weights) -> (usize, u32) {
+    fn under(&mut self, top: u32, [x, y, z]: [f64; 3], leg: f64, weights: &NodeWeights) -> (usize, u32) {
         let nodes = [[x, y, z], [x + leg, y, z], [x, y + leg, z]].map(|p| self.follower(p, weights));
-        (self.element(Kind::C3D4, Set::Place, vec![nodes[0], nodes[1], nodes[2], top]), nodes[0])
+        (self.element(ElementKind::C3D4, ElementSet::Place, vec![nodes[0], nodes[1], nodes[2], top]), nodes[0])
     }
 
     /// Adds a wedge between two places: ends of `area` (m²), `thickness` (m) apart.
-    pub(super) fn wedge(&mut self, set: Set, at: [f64; 3], area: f64, thickness: f64, ends: [&Weights; 2]) {
+    pub(super) fn wedge(&mut self, set: ElementSet, at: [f64; 3], area: f64, thickness: f64, ends: [&NodeWeights; 2]) {
         let leg = (2.0 * area).sqrt();
         let corner = |x: f64, y: f64, z: f64| [at[0] + x, at[1] + y, at[2] + z];
         let mut nodes = Vec::with_capacity(6);
         for (weights, z) in ends.into_iter().zip([0.0, thickness]) {
             nodes.extend([corner(0.0, 0.0, z), corner(leg, 0.0, z), corner(0.0, leg, z)].map(|p| self.follower(p, weights)));
         }
-        self.element(Kind::C3D6, set, nodes);
+        self.element(ElementKind::C3D6, set, nodes);
     }
 }

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use super::bodies::Bodies;
+use super::bodies::DeckBodies;
 use super::deck::{Deck, FilmCard, Sink};
-use super::lumped::Lumped;
+use super::lumped::DeckNodes;
 use coldplate_base::error::{Error, Result};
 use coldplate_describe::machine::Side;
 use coldplate_network::{BoundaryState, Load, Surface};
@@ -79,7 +79,7 @@ impl Acting {
 ///
 /// # Errors
 /// A boundary holds the temperature of a part of a cell's face.
-pub(super) fn add(model: &MeshedMachine, state: &SteadyState, bodies: &Bodies<'_>, lumped: &Lumped, deck: &mut Deck) -> Result<()> {
+pub(super) fn add(model: &MeshedMachine, state: &SteadyState, bodies: &DeckBodies<'_>, lumped: &DeckNodes, deck: &mut Deck) -> Result<()> {
     let (network, load, temperatures) = (&model.network, &state.load, &state.solution.temperatures);
     let mut acting: BTreeMap<(usize, usize), Acting> = BTreeMap::new();
     let mut held: BTreeMap<u32, f64> = BTreeMap::new();
@@ -123,7 +123,7 @@ pub(super) fn add(model: &MeshedMachine, state: &SteadyState, bodies: &Bodies<'_
 }
 
 /// Loads on lumped nodes, and their held temperatures.
-fn nodes(model: &MeshedMachine, state: &SteadyState, lumped: &Lumped, deck: &mut Deck) {
+fn nodes(model: &MeshedMachine, state: &SteadyState, lumped: &DeckNodes, deck: &mut Deck) {
     let (network, load) = (&model.network, &state.load);
     for surface in &network.surfaces {
         let Some((node, element)) = lumped.get(surface.node) else { continue };
@@ -137,7 +137,7 @@ fn nodes(model: &MeshedMachine, state: &SteadyState, lumped: &Lumped, deck: &mut
         }
         let mut acting = Acting::default();
         acting.add(model, surface, load, state.solution.temperatures[surface.node as usize]);
-        acting.put(element, 1, Lumped::area(), deck);
+        acting.put(element, 1, DeckNodes::area(), deck);
     }
     for (node, fixed) in &network.fixed {
         if let Some((own, _)) = lumped.get(*node) {
@@ -147,7 +147,7 @@ fn nodes(model: &MeshedMachine, state: &SteadyState, lumped: &Lumped, deck: &mut
 }
 
 /// The power of every source, in the cells that it heats.
-fn sources(model: &MeshedMachine, state: &SteadyState, bodies: &Bodies<'_>, lumped: &Lumped, deck: &mut Deck) {
+fn sources(model: &MeshedMachine, state: &SteadyState, bodies: &DeckBodies<'_>, lumped: &DeckNodes, deck: &mut Deck) {
     let mut heats: BTreeMap<u32, f64> = BTreeMap::new();
     for (source, power) in model.network.sources.iter().zip(&state.load.powers) {
         for (cell, heat) in source.heats(*power, &state.solution.temperatures) {

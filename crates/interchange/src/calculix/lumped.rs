@@ -3,9 +3,9 @@
 
 use std::collections::BTreeMap;
 
-use super::bodies::Bodies;
+use super::bodies::DeckBodies;
 use super::crossings::{BOND_CONDUCTIVITY, CONTACT_CONDUCTIVITY, is_crossed};
-use super::deck::{Deck, Set, Weights};
+use super::deck::{Deck, ElementSet, NodeWeights};
 use coldplate_describe::machine::Side;
 use coldplate_network::NONE;
 use coldplate_solve::meshed::{MeshedMachine, SteadyState};
@@ -16,14 +16,14 @@ const AREA: f64 = 1e-4;
 const BOND: f64 = 1e6;
 
 /// The nodes of the network that are no cells, as far as the deck has them.
-pub(super) struct Lumped {
+pub(super) struct DeckNodes {
     /// Node and element of the deck for each node of the network.
     nodes: BTreeMap<u32, (u32, usize)>,
     /// Nodes of the network that are faces of cells.
     faces: BTreeMap<u32, (usize, Side)>,
 }
 
-impl Lumped {
+impl DeckNodes {
     /// Adds the lumped nodes of the machine.
     pub(super) fn new(model: &MeshedMachine, deck: &mut Deck) -> Self {
         let faces = model.network.faces.iter().map(|f| (f.node, (f.cell as usize, Side::ALL[f.side as usize]))).collect();
@@ -57,7 +57,7 @@ impl Lumped {
     }
 
     /// Adds the contacts between places that do not touch.
-    pub(super) fn contacts(&mut self, model: &MeshedMachine, state: &SteadyState, bodies: &Bodies<'_>, deck: &mut Deck) {
+    pub(super) fn contacts(&mut self, model: &MeshedMachine, state: &SteadyState, bodies: &DeckBodies<'_>, deck: &mut Deck) {
         let network = &model.network;
         for group in &network.contacts {
             for index in group.joints.clone().filter(|joint| !is_crossed(model, *joint)) {
@@ -67,16 +67,16 @@ impl Lumped {
                     .map(|(node, property)| self.end(node, property, bodies, deck));
                 let ends = [&ends[0], &ends[1]];
                 if h.is_infinite() {
-                    deck.wedge(Set::Bond, [0.0; 3], joint.area, BOND_CONDUCTIVITY / BOND, ends);
+                    deck.wedge(ElementSet::Bond, [0.0; 3], joint.area, BOND_CONDUCTIVITY / BOND, ends);
                 } else if h > 0.0 {
-                    deck.wedge(Set::Contact, [0.0; 3], joint.area, CONTACT_CONDUCTIVITY / h, ends);
+                    deck.wedge(ElementSet::Contact, [0.0; 3], joint.area, CONTACT_CONDUCTIVITY / h, ends);
                 }
             }
         }
     }
 
     /// The temperature at one end of a joint: of a node, or of the face of a cell at which its half cell ends.
-    fn end(&mut self, node: u32, property: u32, bodies: &Bodies<'_>, deck: &mut Deck) -> Weights {
+    fn end(&mut self, node: u32, property: u32, bodies: &DeckBodies<'_>, deck: &mut Deck) -> NodeWeights {
         if let Some((cell, side)) = self.faces.get(&node) {
             let (g, c) = bodies.of_cell(*cell);
             return bodies.face_mean(g, c, *side);

@@ -52,10 +52,10 @@ impl InputDeck {
     pub fn new(model: &MeshedMachine, condition: &Condition, state: &SteadyState) -> Result<Self> {
         refused::check(model, state).map_err(|error| error.in_file(&model.machine.file))?;
         let mut deck = deck::Deck::default();
-        let bodies = bodies::Bodies::new(model, &mut deck).map_err(|error| error.in_file(&model.machine.file))?;
+        let bodies = bodies::DeckBodies::new(model, &mut deck).map_err(|error| error.in_file(&model.machine.file))?;
         crossings::add(model, state, &bodies, &mut deck);
         let outlets = water::add(model, state, &bodies, &mut deck);
-        let mut lumped = lumped::Lumped::new(model, &mut deck);
+        let mut lumped = lumped::DeckNodes::new(model, &mut deck);
         lumped.contacts(model, state, &bodies, &mut deck);
         let points = points::add(model, &bodies, &outlets, &lumped, &mut deck).map_err(|error| error.in_file(&model.machine.file))?;
         loads::add(model, state, &bodies, &lumped, &mut deck).map_err(|error| error.in_file(&model.machine.file))?;

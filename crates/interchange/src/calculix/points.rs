@@ -2,9 +2,9 @@
 
 use serde::Serialize;
 
-use super::bodies::{Bodies, add as add_weight};
-use super::deck::{Deck, Weights};
-use super::lumped::Lumped;
+use super::bodies::{DeckBodies, add as add_weight};
+use super::deck::{Deck, NodeWeights};
+use super::lumped::DeckNodes;
 use super::water::Ends;
 use coldplate_base::error::{Error, Result};
 use coldplate_describe::machine::{Sensor, SensorReading};
@@ -29,7 +29,13 @@ pub struct DeckPoint {
 ///
 /// # Errors
 /// A sensor reads a quantity or place that the deck does not have.
-pub(super) fn add(model: &MeshedMachine, bodies: &Bodies<'_>, water: &[Ends], lumped: &Lumped, deck: &mut Deck) -> Result<Vec<DeckPoint>> {
+pub(super) fn add(
+    model: &MeshedMachine,
+    bodies: &DeckBodies<'_>,
+    water: &[Ends],
+    lumped: &DeckNodes,
+    deck: &mut Deck,
+) -> Result<Vec<DeckPoint>> {
     let point = |sensor: &Sensor| {
         let node = match &sensor.reads {
             SensorReading::Inlet(s) => water[*s].inlet,
@@ -55,10 +61,10 @@ pub(super) fn add(model: &MeshedMachine, bodies: &Bodies<'_>, water: &[Ends], lu
 }
 
 /// Place of a sensor, and the nodes that it reads.
-fn place(model: &MeshedMachine, bodies: &Bodies<'_>, sensor: &Sensor, reads: &SensorReading) -> Result<([f64; 3], Weights)> {
+fn place(model: &MeshedMachine, bodies: &DeckBodies<'_>, sensor: &Sensor, reads: &SensorReading) -> Result<([f64; 3], NodeWeights)> {
     let mesh = &model.mesh;
-    let mut weights = Weights::new();
-    let mut add = |share: f64, own: Weights| own.into_iter().for_each(|(node, weight)| add_weight(&mut weights, node, weight * share));
+    let mut weights = NodeWeights::new();
+    let mut add = |share: f64, own: NodeWeights| own.into_iter().for_each(|(node, weight)| add_weight(&mut weights, node, weight * share));
     let at = match reads {
         SensorReading::Point(part, point) => {
             let g = mesh.grid_at(*part, *point, 1e-6).ok_or_else(|| not_there(sensor, "a point outside of its part"))?;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use super::crossings::{BOND_CONDUCTIVITY, CONTACT_CONDUCTIVITY};
-use super::deck::{Deck, Element, Kind, Set, Sink};
+use super::deck::{Deck, Element, ElementKind, ElementSet, Sink};
 use super::points::DeckPoint;
 use super::water::SPECIFIC_HEAT;
 use coldplate_base::units::{ZERO_CELSIUS, celsius};
@@ -83,7 +83,7 @@ fn header(model: &MeshedMachine, condition: &Condition, state: &SteadyState, poi
     out += "** SI units, temperatures in degC. The elements are the cells of coldplate's own mesh.\n";
     for (g, grid) in model.mesh.grids.iter().enumerate() {
         let part = machine.parts[grid.part].name.replace('\n', " ");
-        out += &format!("** {}: block {} of '{part}', {} cells\n", Set::Grid(g).name(), grid.block + 1, grid.len());
+        out += &format!("** {}: block {} of '{part}', {} cells\n", ElementSet::Grid(g).name(), grid.block + 1, grid.len());
     }
     out += "** CONTACT: wedges that conduct across contacts; one of h W/(m2 K) is 1/h m thick. BOND: the same between blocks that are\n\
             ** one piece. Both ends have the temperatures of the faces, by equations. PLACE: temperatures of channel walls and sensors.\n\
@@ -98,7 +98,7 @@ fn header(model: &MeshedMachine, condition: &Condition, state: &SteadyState, poi
 }
 
 fn elements(out: &mut String, elements: &[Element]) {
-    let mut by_set: BTreeMap<(Set, &str), Vec<String>> = BTreeMap::new();
+    let mut by_set: BTreeMap<(ElementSet, &str), Vec<String>> = BTreeMap::new();
     for (e, element) in elements.iter().enumerate() {
         let nodes: Vec<String> = element.nodes.iter().map(u32::to_string).collect();
         by_set.entry((element.set, element.kind.name())).or_default().push(format!("{}, {}", e + 1, nodes.join(", ")));
@@ -144,13 +144,13 @@ fn temperatures(property: &Property) -> Vec<f64> {
 }
 
 fn sections(out: &mut String, model: &MeshedMachine, deck: &Deck) {
-    let mut sets: Vec<(Set, Kind)> = deck.elements.iter().map(|e| (e.set, e.kind)).collect();
+    let mut sets: Vec<(ElementSet, ElementKind)> = deck.elements.iter().map(|e| (e.set, e.kind)).collect();
     sets.sort_by_key(|(set, _)| *set);
     sets.dedup_by_key(|(set, _)| *set);
     for (set, _) in sets {
         let name = set.name();
-        let Set::Grid(g) = set else {
-            let kind = if set == Set::Water { "FLUID" } else { "SOLID" };
+        let ElementSet::Grid(g) = set else {
+            let kind = if set == ElementSet::Water { "FLUID" } else { "SOLID" };
             let _ = writeln!(out, "*{kind} SECTION, ELSET={name}, MATERIAL={name}");
             continue;
         };

@@ -2,8 +2,8 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::bodies::{Bodies, add as add_weight};
-use super::deck::{Deck, FilmCard, Kind, OUTSIDE, Set, Sink, Weights};
+use super::bodies::{DeckBodies, add as add_weight};
+use super::deck::{Deck, ElementKind, ElementSet, FilmCard, NodeWeights, OUTSIDE, Sink};
 use coldplate_describe::machine::{Channel, Side};
 use coldplate_network::mesh::path::{self, ChannelPiece, Station};
 use coldplate_network::{Stream, StreamState};
@@ -29,7 +29,7 @@ pub(super) struct Ends {
 }
 
 /// Adds every channel; returns the nodes at which water enters and leaves each.
-pub(super) fn add(model: &MeshedMachine, state: &SteadyState, bodies: &Bodies<'_>, deck: &mut Deck) -> Vec<Ends> {
+pub(super) fn add(model: &MeshedMachine, state: &SteadyState, bodies: &DeckBodies<'_>, deck: &mut Deck) -> Vec<Ends> {
     let streams = &model.network.streams;
     let mut ends: Vec<Ends> = Vec::with_capacity(streams.len());
     for (s, (stream, flow)) in streams.iter().zip(&state.solution.streams).enumerate() {
@@ -73,7 +73,7 @@ pub(super) fn add(model: &MeshedMachine, state: &SteadyState, bodies: &Bodies<'_
 fn carry(deck: &mut Deck, from: u32, to: u32, at: [f64; 3], rate: f64) {
     let middle = deck.node(at);
     deck.flows.push((middle, rate / SPECIFIC_HEAT));
-    deck.element(Kind::D, Set::Water, vec![from, middle, to]);
+    deck.element(ElementKind::D, ElementSet::Water, vec![from, middle, to]);
 }
 
 /// Lets out the flow that no other channel takes.
@@ -98,12 +98,12 @@ fn leave(model: &MeshedMachine, state: &SteadyState, ends: &[Ends], deck: &mut D
 struct Wall {
     at: [f64; 3],
     /// Temperature of the wall, as weights over nodes.
-    weights: Weights,
+    weights: NodeWeights,
     /// Conduction length factor between the nodes and the wall, as of a [`Station`] but for shape functions.
     shape: f64,
 }
 
-fn walls(model: &MeshedMachine, bodies: &Bodies<'_>, channel: &Channel, stream: &Stream, pieces: &[ChannelPiece]) -> Vec<Wall> {
+fn walls(model: &MeshedMachine, bodies: &DeckBodies<'_>, channel: &Channel, stream: &Stream, pieces: &[ChannelPiece]) -> Vec<Wall> {
     if channel.is_bore {
         return stream.stations.iter().map(|station| bore(bodies, station)).collect();
     }
@@ -111,8 +111,8 @@ fn walls(model: &MeshedMachine, bodies: &Bodies<'_>, channel: &Channel, stream: 
 }
 
 /// The wall of a bore is a face of cells, and nothing lies between.
-fn bore(bodies: &Bodies<'_>, station: &Station) -> Wall {
-    let mut weights = Weights::new();
+fn bore(bodies: &DeckBodies<'_>, station: &Station) -> Wall {
+    let mut weights = NodeWeights::new();
     let mut at = [0.0; 3];
     for (cell, share) in &station.cells {
         let (g, c) = bodies.of_cell(*cell);
@@ -127,10 +127,10 @@ fn bore(bodies: &Bodies<'_>, station: &Station) -> Wall {
 
 /// A wall through the cells of a block: points around the axis have the temperatures that the shape functions give them. They
 /// stand for a distance from the axis, the mean of the logarithms of the distances between the nodes that have a weight.
-fn around(model: &MeshedMachine, bodies: &Bodies<'_>, channel: &Channel, piece: &ChannelPiece) -> Wall {
+fn around(model: &MeshedMachine, bodies: &DeckBodies<'_>, channel: &Channel, piece: &ChannelPiece) -> Wall {
     let rings = piece.wall(channel.diameter);
     let samples: usize = rings.iter().map(|(_, points)| points.len()).sum();
-    let mut weights = Weights::new();
+    let mut weights = NodeWeights::new();
     let mut places: Vec<([f64; 2], f64)> = Vec::new();
     let axes = piece.normals();
     let across = |v: [f64; 3]| axes.map(|e| (0..3).map(|d| v[d] * e[d]).sum::<f64>());

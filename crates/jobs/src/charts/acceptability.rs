@@ -17,13 +17,13 @@ const LINES: [&str; 2] = ["margin", "probability"];
 /// Keys: `across`, `up`; optional `hold` (others stand at the middle of their range), `mark` (a condition, with its
 /// `label`) and `lines` (`margin` or `probability`).
 #[derive(Debug, Clone)]
-pub(super) struct Acceptability {
+pub(super) struct AcceptabilityChart {
     source: SurrogateSource,
     label: String,
     lines: ContourQuantity,
 }
 
-impl Acceptability {
+impl AcceptabilityChart {
     pub(super) fn read(root: &Section<'_>, folder: &Path) -> Result<Self> {
         let source = SurrogateSource::read(root, folder)?;
         for key in ["across", "up"] {

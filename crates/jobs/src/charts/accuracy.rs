@@ -12,19 +12,19 @@ use coldplate_base::error::Result;
 
 /// Predicted over simulated. Keys: `points` (default: the one with the largest error).
 #[derive(Debug, Clone)]
-pub(super) struct Parity {
+pub(super) struct ParityChart {
     source: SurrogateSource,
 }
 
 /// Residuals over the prediction and every variable. Keys: those of [`Parity`].
 #[derive(Debug, Clone)]
-pub(super) struct Residuals {
+pub(super) struct ResidualsChart {
     source: SurrogateSource,
 }
 
 /// Errors of every point on one axis. No keys but those of its source.
 #[derive(Debug, Clone)]
-pub(super) struct Errors {
+pub(super) struct ErrorsChart {
     source: SurrogateSource,
 }
 
@@ -44,7 +44,7 @@ fn nothing(head: &Head) -> coldplate_base::error::Error {
     head.root().error(what).help("name the tables with table = \"FILE.csv\" and held_out = \"FILE.csv\", or a sweep")
 }
 
-impl Parity {
+impl ParityChart {
     pub(super) fn read(root: &Section<'_>, folder: &Path) -> Result<Self> {
         root.opt_texts("points")?;
         Ok(Self { source: SurrogateSource::read(root, folder)? })
@@ -62,7 +62,7 @@ impl Parity {
     }
 }
 
-impl Residuals {
+impl ResidualsChart {
     pub(super) fn read(root: &Section<'_>, folder: &Path) -> Result<Self> {
         root.opt_texts("points")?;
         Ok(Self { source: SurrogateSource::read(root, folder)? })
@@ -81,7 +81,7 @@ impl Residuals {
     }
 }
 
-impl Errors {
+impl ErrorsChart {
     pub(super) fn read(root: &Section<'_>, folder: &Path) -> Result<Self> {
         Ok(Self { source: SurrogateSource::read(root, folder)? })
     }

@@ -14,11 +14,11 @@ use coldplate_figures::chart::borders::BordersFigure;
 /// Keys: `surrogates` (a table of names, as the legend has them, and surrogate or sweep files), `across`, `up`; optional `hold`
 /// (others stand at the middle of the first one's range).
 #[derive(Debug, Clone)]
-pub(super) struct Borders {
+pub(super) struct BordersChart {
     models: Vec<(String, SurrogateSource)>,
 }
 
-impl Borders {
+impl BordersChart {
     pub(super) fn read(root: &Section<'_>, folder: &Path) -> Result<Self> {
         let section = root.section("surrogates")?;
         let models = section.keys().map(|name| Ok((name.to_owned(), SurrogateSource::at(folder.join(section.text(name)?)))));

@@ -6,19 +6,19 @@ use super::super::gallery::Gallery;
 use super::super::measured;
 use super::Head;
 use super::results::Results;
-use super::state::State;
+use super::state::StateKeys;
 use coldplate_base::document::Section;
 use coldplate_base::error::Result;
 
 /// Keys: those of its state.
 #[derive(Debug, Clone)]
-pub(super) struct Heat {
-    state: State,
+pub(super) struct HeatChart {
+    state: StateKeys,
 }
 
-impl Heat {
+impl HeatChart {
     pub(super) fn read(root: &Section<'_>, folder: &Path) -> Result<Self> {
-        Ok(Self { state: State::read(root, folder)? })
+        Ok(Self { state: StateKeys::read(root, folder)? })
     }
 
     pub(super) fn draw(&self, head: &Head, results: &mut Results<'_>, gallery: &mut Gallery) -> Result<()> {

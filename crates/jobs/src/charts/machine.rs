@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::super::gallery::Gallery;
 use super::results::Results;
-use super::state::{Solved, State};
+use super::state::{SolvedState, StateKeys};
 use super::{Head, chosen};
 use coldplate_base::document::Section;
 use coldplate_base::error::{Error, Result};
@@ -23,15 +23,15 @@ const DETAIL: usize = 8;
 /// sensors shown), `detail` (pieces along an edge of a block), `places` (a CSV file with the columns `place` and `part`:
 /// proposed places of sensors) and `place_name` (a name for these places).
 #[derive(Debug, Clone)]
-pub(super) struct MachinePicture {
-    state: State,
+pub(super) struct MachineChart {
+    state: StateKeys,
     view: View,
     detail: usize,
     places: Option<PathBuf>,
     place_name: String,
 }
 
-impl MachinePicture {
+impl MachineChart {
     pub(super) fn read(root: &Section<'_>, folder: &Path) -> Result<Self> {
         for key in ["parts", "points"] {
             root.opt_texts(key)?;
@@ -40,11 +40,11 @@ impl MachinePicture {
         let detail = root.opt_integer("detail", 1)?.unwrap_or(DETAIL);
         let places = root.opt_text("places")?.map(|p| folder.join(p));
         let place_name = root.opt_text("place_name")?.unwrap_or_else(|| "proposed place".into());
-        Ok(Self { state: State::read(root, folder)?, view, detail, places, place_name })
+        Ok(Self { state: StateKeys::read(root, folder)?, view, detail, places, place_name })
     }
 
     pub(super) fn draw(&self, head: &Head, results: &mut Results<'_>, gallery: &mut Gallery) -> Result<()> {
-        let Solved { study, state, fixed } = self.state.open(head, results)?;
+        let SolvedState { study, state, fixed } = self.state.open(head, results)?;
         let model = &study.model;
         let machine = &model.machine;
         let parts: Vec<&str> = machine.parts.iter().map(|p| p.name.as_str()).collect();

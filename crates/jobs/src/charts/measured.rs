@@ -11,11 +11,11 @@ use coldplate_base::error::Result;
 
 /// Keys: `machine`, `measurement`.
 #[derive(Debug, Clone)]
-pub(super) struct Measured {
+pub(super) struct MeasuredChart {
     machine: PathBuf,
 }
 
-impl Measured {
+impl MeasuredChart {
     pub(super) fn read(root: &Section<'_>, folder: &Path) -> Result<Self> {
         root.text("measurement")?;
         Ok(Self { machine: path_of(root, folder, "machine")? })

@@ -68,20 +68,20 @@ macro_rules! kinds {
 }
 
 kinds! {
-    "acceptability" => Acceptability(acceptability::Acceptability),
-    "borders" => Borders(borders::Borders),
-    "operator_sheet" => Sheet(sheet::Sheet),
-    "slices" => Slices(slices::Slices),
-    "one_factor" => OneFactor(one_factor::OneFactor),
-    "published" => Published(published::Published),
-    "parity" => Parity(accuracy::Parity),
-    "residuals" => Residuals(accuracy::Residuals),
-    "errors" => Errors(accuracy::Errors),
-    "machine" => Machine(machine::MachinePicture),
-    "measured" => Measured(measured::Measured),
-    "heat" => Heat(heat::Heat),
-    "sankey" => Sankey(sankey::Sankey),
-    "scan" => Scan(scan::Scan),
+    "acceptability" => Acceptability(acceptability::AcceptabilityChart),
+    "borders" => Borders(borders::BordersChart),
+    "operator_sheet" => Sheet(sheet::SheetChart),
+    "slices" => Slices(slices::SlicesChart),
+    "one_factor" => OneFactor(one_factor::OneFactorChart),
+    "published" => Published(published::PublishedChart),
+    "parity" => Parity(accuracy::ParityChart),
+    "residuals" => Residuals(accuracy::ResidualsChart),
+    "errors" => Errors(accuracy::ErrorsChart),
+    "machine" => Machine(machine::MachineChart),
+    "measured" => Measured(measured::MeasuredChart),
+    "heat" => Heat(heat::HeatChart),
+    "sankey" => Sankey(sankey::SankeyChart),
+    "scan" => Scan(scan::ScanChart),
 }
 
 /// A chart definition that has been read.

@@ -13,13 +13,13 @@ use coldplate_tables::Table;
 
 /// Keys: `sweep` with `group`, or `table` with `variable` and `degree`; optional `points`.
 #[derive(Debug, Clone)]
-pub(super) struct OneFactor {
-    samples: Samples,
+pub(super) struct OneFactorChart {
+    samples: SampleSource,
 }
 
 /// A table in which one variable runs.
 #[derive(Debug, Clone)]
-pub(super) enum Samples {
+pub(super) enum SampleSource {
     /// A one-factor sweep of a sweep file.
     Sweep(PathBuf),
     /// A table, with the variable and the degree.
@@ -27,13 +27,13 @@ pub(super) enum Samples {
 }
 
 /// Samples with the variable that runs in them and the degree of its polynomial.
-pub(super) struct Run {
+pub(super) struct OneFactorTable {
     pub(super) table: Table,
     pub(super) variable: String,
     pub(super) degree: usize,
 }
 
-impl Samples {
+impl SampleSource {
     pub(super) fn read(root: &Section<'_>, folder: &Path) -> Result<Self> {
         match root.one_of(&["sweep", "table"])? {
             Some("sweep") => {
@@ -52,32 +52,34 @@ impl Samples {
     }
 
     /// The rows, with the variable that runs and the degree of its polynomial.
-    pub(super) fn open(&self, head: &Head, results: &mut Results<'_>) -> Result<Run> {
+    pub(super) fn open(&self, head: &Head, results: &mut Results<'_>) -> Result<OneFactorTable> {
         match self {
             Self::Sweep(path) => {
                 let found = results.sweep(path)?;
                 let groups: Vec<_> = found.plan.groups.iter().filter(|g| g.varied.len() == 1).collect();
                 let names: Vec<&str> = groups.iter().map(|g| g.name.as_str()).collect();
                 let group = groups[head.root().choice("group", &names)?];
-                Ok(Run {
+                Ok(OneFactorTable {
                     table: rows_of(&found.table, &found.plan, |g| g.name == group.name),
                     variable: found.plan.variables[group.varied[0]].name.clone(),
                     degree: group.degree.unwrap_or(2),
                 })
             }
-            Self::Table { path, variable, degree } => Ok(Run { table: Table::read(path)?, variable: variable.clone(), degree: *degree }),
+            Self::Table { path, variable, degree } => {
+                Ok(OneFactorTable { table: Table::read(path)?, variable: variable.clone(), degree: *degree })
+            }
         }
     }
 }
 
-impl OneFactor {
+impl OneFactorChart {
     pub(super) fn read(root: &Section<'_>, folder: &Path) -> Result<Self> {
         root.opt_texts("points")?;
-        Ok(Self { samples: Samples::read(root, folder)? })
+        Ok(Self { samples: SampleSource::read(root, folder)? })
     }
 
     pub(super) fn draw(&self, head: &Head, results: &mut Results<'_>, gallery: &mut Gallery) -> Result<()> {
-        let Run { mut table, variable, degree } = self.samples.open(head, results)?;
+        let OneFactorTable { mut table, variable, degree } = self.samples.open(head, results)?;
         let names: Vec<&str> = table.outputs().iter().map(|c| c.name.as_str()).collect();
         let points = chosen(&head.root(), "points", &names)?;
         let kept = points.iter().map(|p| table.outputs()[*p].clone()).collect::<Vec<_>>();

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::super::figures::steps;
 use super::super::gallery::Gallery;
-use super::one_factor::{Run, Samples};
+use super::one_factor::{OneFactorTable, SampleSource};
 use super::results::Results;
 use super::{Head, path_of};
 use coldplate_base::document::Section;
@@ -26,8 +26,8 @@ const FINE: usize = 61;
 /// ...), `number` (which table of it), `x_unit` (the unit its polynomials count in, or a multiple of one, as
 /// `1e-5 m3/s`); optional `corrections` (a CSV file with `table`, `part`, `coefficient`, `probably`).
 #[derive(Debug, Clone)]
-pub(super) struct Published {
-    samples: Samples,
+pub(super) struct PublishedChart {
+    samples: SampleSource,
     fits: PathBuf,
     corrections: Option<PathBuf>,
     number: String,
@@ -42,10 +42,10 @@ struct Polynomial {
     corrected: Option<Vec<f64>>,
 }
 
-impl Published {
+impl PublishedChart {
     pub(super) fn read(root: &Section<'_>, folder: &Path) -> Result<Self> {
         Ok(Self {
-            samples: Samples::read(root, folder)?,
+            samples: SampleSource::read(root, folder)?,
             fits: path_of(root, folder, "fits")?,
             corrections: root.opt_text("corrections")?.map(|p| folder.join(p)),
             number: root.integer("number", 0)?.to_string(),
@@ -54,7 +54,7 @@ impl Published {
     }
 
     pub(super) fn draw(&self, head: &Head, results: &mut Results<'_>, gallery: &mut Gallery) -> Result<()> {
-        let Run { table, variable, degree } = self.samples.open(head, results)?;
+        let OneFactorTable { table, variable, degree } = self.samples.open(head, results)?;
         let x = table.column(&variable)?;
         let theirs = self.counted(x).map_err(|e| head.place(e, "x_unit"))?;
         let (low, high) = x.values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-use super::super::adaptive::{self, Ran};
+use super::super::adaptive::{self, FinishedSweep};
 use super::super::designs::{DesignTables, FittedDesigns, fit_designs};
 use coldplate_base::error::{Error, Result};
 use coldplate_base::progress::Progress;
@@ -64,7 +64,7 @@ impl<'a> Results<'a> {
             Some(found) => (plan, found, None),
             None => {
                 self.progress.say(&format!("{}: solving conditions that {} does not hold yet", path.display(), folder.display()));
-                let Ran { swept, fit, .. } = adaptive::run(&Sweep::open(path, None, &[])?, &folder, self.options, self.progress)?;
+                let FinishedSweep { swept, fit, .. } = adaptive::run(&Sweep::open(path, None, &[])?, &folder, self.options, self.progress)?;
                 let tables = DesignTables::from(&swept);
                 (swept.plan, tables, fit)
             }

@@ -6,7 +6,7 @@ use std::path::Path;
 use super::super::gallery::Gallery;
 use super::Head;
 use super::results::Results;
-use super::state::State;
+use super::state::StateKeys;
 use coldplate_base::document::Section;
 use coldplate_base::error::Result;
 use coldplate_figures::chart::sankey::{HeatBand, HeatStation, HeatTotal, SankeyFigure, Stage};
@@ -20,18 +20,18 @@ const LEAST: f64 = 0.02;
 
 /// Keys: those of its state; optional `least`, the share of all heat below which stations are put together (2 %).
 #[derive(Debug, Clone)]
-pub(super) struct Sankey {
-    state: State,
+pub(super) struct SankeyChart {
+    state: StateKeys,
     least: f64,
 }
 
-impl Sankey {
+impl SankeyChart {
     pub(super) fn read(root: &Section<'_>, folder: &Path) -> Result<Self> {
         let least = root.opt_number("least")?.unwrap_or(LEAST);
         if !(0.0..0.5).contains(&least) {
             return Err(root.error_at("least", "this is the smallest share of the heat that stands for itself").help("from 0 to 0.5"));
         }
-        Ok(Self { state: State::read(root, folder)?, least })
+        Ok(Self { state: StateKeys::read(root, folder)?, least })
     }
 
     pub(super) fn draw(&self, head: &Head, results: &mut Results<'_>, gallery: &mut Gallery) -> Result<()> {

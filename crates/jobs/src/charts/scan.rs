@@ -20,7 +20,7 @@ use coldplate_solve::meshed::MeshedMachine;
 /// number that runs: `key` in the machine file, `sensor`, optional `name`; one `[[mark]]` per value beside them: `name`
 /// and `places` (pairs of x and y) or `level` (one y along the whole axis).
 #[derive(Debug, Clone)]
-pub(super) struct Scan {
+pub(super) struct ScanChart {
     machine: PathBuf,
     x: Quantity,
     values: Vec<f64>,
@@ -35,7 +35,7 @@ struct Scanned {
     name: String,
 }
 
-impl Scan {
+impl ScanChart {
     pub(super) fn read(root: &Section<'_>, folder: &Path) -> Result<Self> {
         root.one_of(&["measurement", "condition"])?;
         let (low, high) = (root.number("low")?, root.number("high")?);

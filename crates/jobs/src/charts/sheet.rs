@@ -29,11 +29,11 @@ const TABLE: (usize, usize) = (6, 5);
 
 /// No keys but those of its source.
 #[derive(Debug, Clone)]
-pub(super) struct Sheet {
+pub(super) struct SheetChart {
     source: SurrogateSource,
 }
 
-impl Sheet {
+impl SheetChart {
     pub(super) fn read(root: &Section<'_>, folder: &Path) -> Result<Self> {
         Ok(Self { source: SurrogateSource::read(root, folder)? })
     }
@@ -78,16 +78,17 @@ pub fn operator_sheet(surrogate: &Surrogate<'_>, machine: &str, provenance: &str
     let unshown: Vec<usize> = (0..surrogate.variable_count()).filter(|v| ![flow, coolant, speed].contains(v)).collect();
     let (cases, with_middle) = cases(&unshown, &ranges)?;
     let (rows, columns) = (steps(ranges[speed].0, ranges[speed].1, TABLE.0), steps(ranges[coolant].0, ranges[coolant].1, TABLE.1));
+    let range = FlowRange { variable: flow, low: ranges[flow].0, high: ranges[flow].1 };
     let mut cells = Vec::new();
     for n in &rows {
         for t in &columns {
             let mut at = middle.clone();
             (at[speed], at[coolant]) = (*n, *t);
-            cells.push(cell(surrogate, &at, (flow, ranges[flow]), &cases)?);
+            cells.push(cell(surrogate, &at, &range, &cases)?);
         }
     }
     let flow_quantity = quantity(surrogate, flow);
-    let range = |v: &usize| {
+    let words = |v: &usize| {
         let (own, (low, high)) = (quantity(surrogate, *v), ranges[*v]);
         format!("{} from {} to {}", readable(&own.name), number(low), own.with_value(high))
     };
@@ -101,7 +102,7 @@ pub fn operator_sheet(surrogate: &Surrogate<'_>, machine: &str, provenance: &str
         ),
         maps,
         table: Some(FlowTable {
-            title: format!("Smallest {} whatever the {}", flow_quantity.label(), listed(unshown.iter().map(range))),
+            title: format!("Smallest {} whatever the {}", flow_quantity.label(), listed(unshown.iter().map(words))),
             row: quantity(surrogate, speed),
             rows,
             column: quantity(surrogate, coolant),
@@ -150,12 +151,20 @@ fn cases(unshown: &[usize], ranges: &[(f64, f64)]) -> Result<(Vec<Case>, bool)> 
     Ok((cases, with_middle))
 }
 
+/// Flow that the table gives, with its range.
+struct FlowRange {
+    /// Index of the variable.
+    variable: usize,
+    low: f64,
+    high: f64,
+}
+
 /// Cell of the table at one speed and coolant temperature.
-fn cell(surrogate: &Surrogate<'_>, at: &[f64], (flow, (low, high)): (usize, (f64, f64)), cases: &[Case]) -> Result<FlowCell> {
+fn cell(surrogate: &Surrogate<'_>, at: &[f64], flow: &FlowRange, cases: &[Case]) -> Result<FlowCell> {
     let acceptable = |text: String| FlowCell { text, state: CellState::Acceptable };
     let none = FlowCell { text: "none".into(), state: CellState::NotAcceptable };
-    let Some(smallest) = smallest_for_all(surrogate, at, (flow, (low, high)), cases)? else { return Ok(none) };
-    if smallest <= low {
+    let Some(smallest) = smallest_for_all(surrogate, at, flow, cases)? else { return Ok(none) };
+    if smallest <= flow.low {
         return Ok(acceptable("any".into()));
     }
     // The flow is rounded up; it must still be in the range and enough. A flow that is enough only in a band thinner than
@@ -163,7 +172,7 @@ fn cell(surrogate: &Surrogate<'_>, at: &[f64], (flow, (low, high)): (usize, (f64
     for digits in 1..=3 {
         let scale = 10f64.powi(digits);
         let rounded = (smallest * scale).ceil() / scale;
-        if rounded <= high && hardest(surrogate, at, (flow, rounded), cases)?.is_none() {
+        if rounded <= flow.high && hardest(surrogate, at, flow, rounded, cases)?.is_none() {
             return Ok(acceptable(decimals(rounded, digits as usize)));
         }
     }
@@ -172,19 +181,15 @@ fn cell(surrogate: &Surrogate<'_>, at: &[f64], (flow, (low, high)): (usize, (f64
 
 /// The smallest flow that is acceptable in every case; `None` without one. The flow is raised to the one that the hardest
 /// case asks for, until no case asks for more: a flow that one case refuses cannot be that of all.
-fn smallest_for_all(
-    surrogate: &Surrogate<'_>,
-    at: &[f64],
-    (flow, (low, high)): (usize, (f64, f64)),
-    cases: &[Case],
-) -> Result<Option<f64>> {
+fn smallest_for_all(surrogate: &Surrogate<'_>, at: &[f64], flow: &FlowRange, cases: &[Case]) -> Result<Option<f64>> {
+    let (low, high) = (flow.low, flow.high);
     let mut least = low;
     for _ in 0..MOST_RAISES {
-        let Some(case) = hardest(surrogate, at, (flow, least), cases)? else { return Ok(Some(least)) };
+        let Some(case) = hardest(surrogate, at, flow, least, cases)? else { return Ok(Some(least)) };
         if least >= high {
             return Ok(None);
         }
-        match free_within(surrogate, &case, flow, Some((least, high)), CONFIDENCE)? {
+        match free_within(surrogate, &case, flow.variable, Some((least, high)), CONFIDENCE)? {
             // Raise it a little more if rounding would ask for the same flow again.
             Inverse::Found { smallest, .. } => least = smallest.max(least + 1e-6 * (high - low)).min(high),
             Inverse::Nowhere { .. } | Inverse::OutsideRange(_) => return Ok(None),
@@ -195,11 +200,11 @@ fn smallest_for_all(
 
 /// The condition with the least margin among the cases that are not acceptable at a flow; `None` if all are
 /// acceptable.
-fn hardest(surrogate: &Surrogate<'_>, at: &[f64], (flow, value): (usize, f64), cases: &[Case]) -> Result<Option<Vec<f64>>> {
+fn hardest(surrogate: &Surrogate<'_>, at: &[f64], flow: &FlowRange, value: f64, cases: &[Case]) -> Result<Option<Vec<f64>>> {
     let mut found: Option<(f64, Vec<f64>)> = None;
     for case in cases {
         let mut x = at.to_vec();
-        x[flow] = value;
+        x[flow.variable] = value;
         case.iter().for_each(|(v, own)| x[*v] = *own);
         let answer = verdict::query(surrogate, &x)?;
         if answer.verdict == Acceptability::Acceptable {

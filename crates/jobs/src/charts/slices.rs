@@ -12,11 +12,11 @@ use coldplate_base::error::Result;
 
 /// Keys: `variable`; optional `hold` and `points`.
 #[derive(Debug, Clone)]
-pub(super) struct Slices {
+pub(super) struct SlicesChart {
     source: SurrogateSource,
 }
 
-impl Slices {
+impl SlicesChart {
     pub(super) fn read(root: &Section<'_>, folder: &Path) -> Result<Self> {
         let source = SurrogateSource::read(root, folder)?;
         root.text("variable")?;

@@ -16,18 +16,18 @@ use coldplate_solve::study::Study;
 /// Keys: `machine`, and `measurement` (a measured state of the machine file) or `condition`; variables it does not name
 /// take the machine's defaults.
 #[derive(Debug, Clone)]
-pub(super) struct State {
+pub(super) struct StateKeys {
     pub(super) machine: PathBuf,
 }
 
 /// The solved state, and its condition as a figure shows it.
-pub(super) struct Solved {
+pub(super) struct SolvedState {
     pub(super) study: Rc<Study>,
     pub(super) state: SteadyState,
     pub(super) fixed: Fixed,
 }
 
-impl State {
+impl StateKeys {
     pub(super) fn read(root: &Section<'_>, folder: &Path) -> Result<Self> {
         let machine = path_of(root, folder, "machine")?;
         if root.one_of(&["measurement", "condition"])? == Some("condition") {
@@ -36,13 +36,13 @@ impl State {
         Ok(Self { machine })
     }
 
-    pub(super) fn open(&self, head: &Head, results: &mut Results<'_>) -> Result<Solved> {
+    pub(super) fn open(&self, head: &Head, results: &mut Results<'_>) -> Result<SolvedState> {
         let study = results.machine(&self.machine)?;
         let model = &study.model;
         let (condition, fixed) = condition_of(&head.root(), &model.machine)?;
         let solver = model.solver(&condition)?;
         let state = model.solve(&solver, &condition)?;
-        Ok(Solved { study, state, fixed })
+        Ok(SolvedState { study, state, fixed })
     }
 }
 

@@ -4,7 +4,7 @@
 use coldplate_base::document::Document;
 use coldplate_describe::machine::LimitKind;
 use coldplate_jobs::fitting::fit_table;
-use coldplate_solve::sensitivity::Target;
+use coldplate_solve::sensitivity::DerivativeTarget;
 use coldplate_solve::study::Study;
 use coldplate_surrogate::fit::FitOptions;
 use coldplate_surrogate::fit::file::{encode, open};
@@ -52,7 +52,7 @@ fn a_rise_is_over_the_ambient_temperature_and_not_over_the_chamber() {
 
     let here = study.at(&at(25.0)).unwrap();
     let parameters = [study.parameter("ambient_temperature").unwrap()];
-    let found = here.jacobian(&[Target::Limit(0), Target::Sensor(0)], &parameters).unwrap();
+    let found = here.jacobian(&[DerivativeTarget::Limit(0), DerivativeTarget::Sensor(0)], &parameters).unwrap();
     assert!((found.slopes[0][0] - (found.slopes[1][0] - 1.0)).abs() < 1e-12 && !found.idle[0], "{:?}", found.slopes);
     let difference = (solved(25.5).1 - solved(24.5).1) / 1.0;
     assert!((found.slopes[0][0] - difference).abs() < 1e-4 * difference.abs(), "{:?} and {difference}", found.slopes);

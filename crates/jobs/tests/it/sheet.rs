@@ -4,7 +4,9 @@ use coldplate_figures::chart::acceptability::CellState;
 use coldplate_figures::chart::operator_sheet::OperatorSheet;
 use coldplate_jobs::charts::operator_sheet;
 use coldplate_surrogate::fit::file::{encode, open};
-use coldplate_surrogate::fit::model::{Limit, LimitKind, Point, PointModel, Polynomial, Surrogate, Transform, Variable};
+use coldplate_surrogate::fit::model::{
+    LimitKind, LimitSpec, PointModel, PointSpec, PolynomialSpec, SurrogateSpec, Transform, VariableSpec,
+};
 
 const HALF_WIDTH: f64 = 0.03;
 const RISE: f64 = 25.0;
@@ -12,14 +14,14 @@ const RISE: f64 = 25.0;
 /// Two bearings of a machine whose front one must not be more than 25 K above the air. With all variables from -1 to 1 its
 /// temperature is 44 - 3 flow + 2 coolant + 3 speed + 2 torque, whatever the air.
 fn bytes() -> Vec<u8> {
-    let variable = |name: &str, unit: &str, low: f64, high: f64| Variable { name: name.into(), unit: unit.into(), low, high };
+    let variable = |name: &str, unit: &str, low: f64, high: f64| VariableSpec { name: name.into(), unit: unit.into(), low, high };
     let terms: Vec<Vec<u8>> = (0..6).map(|k| (1..6).map(|v| u8::from(v == k)).collect()).collect();
     let point = |name: &str, coefficients: [f64; 6]| {
-        let model = Polynomial { transforms: vec![Transform::Identity; 5], terms: terms.clone(), coefficients: coefficients.to_vec() };
-        Point { name: name.into(), unit: "degC".into(), model: PointModel::Polynomial(model), half_width: HALF_WIDTH }
+        let model = PolynomialSpec { transforms: vec![Transform::Identity; 5], terms: terms.clone(), coefficients: coefficients.to_vec() };
+        PointSpec { name: name.into(), unit: "degC".into(), model: PointModel::Polynomial(model), half_width: HALF_WIDTH }
     };
-    let limit = |name: &str, kind: LimitKind<Vec<usize>>, maximum: f64| Limit { name: name.into(), kind, maximum };
-    let surrogate = Surrogate {
+    let limit = |name: &str, kind: LimitKind<Vec<usize>>, maximum: f64| LimitSpec { name: name.into(), kind, maximum };
+    let surrogate = SurrogateSpec {
         variables: vec![
             variable("coolant_flow", "L/min", 2.0, 10.0),
             variable("coolant_temperature", "degC", 16.0, 24.0),

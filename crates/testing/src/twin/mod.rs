@@ -11,7 +11,7 @@ use coldplate_base::random::Random;
 use coldplate_describe::machine::{Condition, DescribedVariable};
 use coldplate_diagnose::{Law, Problem, Scales};
 use coldplate_evidence::identify;
-use coldplate_evidence::measurement::{Data, ReadingRow, MeasurementUncertainty, VariableUncertainty};
+use coldplate_evidence::measurement::{Data, MeasurementUncertainty, ReadingRow, VariableUncertainty};
 use coldplate_explore::simulate::Start;
 use coldplate_solve::study::Study;
 

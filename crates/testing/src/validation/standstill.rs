@@ -3,7 +3,7 @@
 use coldplate_base::error::{Error, Result};
 use coldplate_describe::machine::Condition;
 use coldplate_evidence::identify::{self, Estimate, Free, IdentifyOptions, IdentifyProblem, Prediction};
-use coldplate_evidence::measurement::{Data, ReadingRow, MeasurementUncertainty, VariableUncertainty, Whitener, whiten};
+use coldplate_evidence::measurement::{Data, MeasurementUncertainty, ReadingRow, VariableUncertainty, Whitener, whiten};
 use coldplate_explore::simulate::Start;
 use coldplate_solve::study::Study;
 use nalgebra::DMatrix;

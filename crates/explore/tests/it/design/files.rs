@@ -201,7 +201,8 @@ fn followed_variables_are_moved_alone_and_together() {
             "name = \"f\"\nmachine = \"m.toml\"\n[range]\ncoolant_flow = [\"2 L/min\", \"8 L/min\"]\nmotor_speed = [\"500 rpm\", \"3000 rpm\"]\n\
              [design]\nkind = \"sobol\"\nruns = 32\n[follow]\nvariables = \"all\"\nruns = {runs}\n"
         );
-        let machine = coldplate_describe::machine::Machine::read("examples/tutorial/machine.toml", &[]).unwrap();
+        let machine =
+            coldplate_describe::machine::Machine::read(coldplate_testing::root().join("examples/tutorial/machine.toml"), &[]).unwrap();
         let definition =
             coldplate_explore::sweep::SweepDefinition::new(coldplate_base::document::Document::parse(&text, "f.toml").unwrap()).unwrap();
         let plan = definition.plan(&machine.variables).unwrap();
@@ -219,7 +220,8 @@ fn followed_variables_are_moved_alone_and_together() {
         }
         assert!(group("follow together").len() >= 12 && group("follow check").len() >= 10);
     }
-    let machine = coldplate_describe::machine::Machine::read("examples/tutorial/machine.toml", &[]).unwrap();
+    let machine =
+        coldplate_describe::machine::Machine::read(coldplate_testing::root().join("examples/tutorial/machine.toml"), &[]).unwrap();
     let refused = |follow: &str| {
         let text = format!(
             "name = \"f\"\nmachine = \"m.toml\"\n[range]\ncoolant_flow = [\"2 L/min\", \"8 L/min\"]\nmotor_speed = [\"500 rpm\", \"3000 rpm\"]\n\

@@ -283,7 +283,7 @@ fn child_command(folder: &Path, shell: Option<&str>) -> Command {
             command
         }
     };
-    command.args(["child", "--exact", "--nocapture"]).env(CHILD, folder).stdout(Stdio::piped()).stderr(Stdio::null());
+    command.args(["restart::child", "--exact", "--nocapture"]).env(CHILD, folder).stdout(Stdio::piped()).stderr(Stdio::null());
     command
 }
 
