@@ -18,7 +18,7 @@ const MOST_RUNGS: usize = 5;
 const ACCURACY: f64 = 1e-3;
 
 /// Diagnoses: screens all causes, fits the most probable ones, decides, and says what is gained and what to measure next. Where a
-/// cause is named and unseen data are predicted better with it, the machine is extended and diagnosed again. StateTables are solved on the
+/// cause is named and unseen data are predicted better with it, the machine is extended and diagnosed again. Tables are solved on the
 /// reduced model ([`StateTables::Reduced`]) and their end result once in full; should they differ by more than a millikelvin, all of it is
 /// done in full.
 ///

@@ -31,7 +31,7 @@ use crate::work;
 /// Names and values with units.
 pub type Pairs = Vec<(String, String)>;
 
-/// ReduceSettings of a reduced model: whether open parameters vary, whether it keeps its field, most conditions solved in
+/// Settings of a reduced model: whether open parameters vary, whether it keeps its field, most conditions solved in
 /// full, number of training histories, seed.
 type Reduction = (bool, bool, usize, usize, u64);
 

@@ -61,7 +61,7 @@ pub struct Fault {
     pub words: String,
     /// Whether the readings of the fault were left out.
     pub is_left_out: bool,
-    /// ReadingRow and sensor of each reading of the fault.
+    /// Row and sensor of each reading of the fault.
     readings: Vec<(usize, usize)>,
 }
 
@@ -108,7 +108,7 @@ impl Fault {
         }
     }
 
-    /// ReadingRow and sensor of each reading of the fault.
+    /// Row and sensor of each reading of the fault.
     pub fn readings(&self) -> &[(usize, usize)] {
         &self.readings
     }

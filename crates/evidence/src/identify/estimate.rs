@@ -155,7 +155,7 @@ pub fn identify_and_learn(problem: &IdentifyProblem, options: &IdentifyOptions, 
     found(problem, options, true, progress)
 }
 
-/// Estimate by [`searched`]. StateTables are solved on the reduced model, and the end result once in full. If the two differ by more
+/// Estimate by [`searched`]. Tables are solved on the reduced model, and the end result once in full. If the two differ by more
 /// than [`ACCURACY`], everything is solved in full.
 fn found(problem: &IdentifyProblem, options: &IdentifyOptions, learns: bool, progress: &dyn Progress) -> Result<Estimate> {
     let found = searched(problem, options, learns, progress)?;

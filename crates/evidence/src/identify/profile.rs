@@ -1,4 +1,4 @@
-//! ParameterProfile likelihood: the least misfit for given values of one parameter, all others refitted.
+//! Profile likelihood: the least misfit for given values of one parameter, all others refitted.
 
 use super::IdentifyProblem;
 use super::estimate::Estimate;

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::Data;
-use coldplate_base::document::{Document, Section};
+use coldplate_base::document::{Document, Section, Value};
 use coldplate_base::error::{Error, Result, did_you_mean};
 use coldplate_base::units::{self, Dimension, Measurand};
 use coldplate_describe::machine::{Condition, Machine};
@@ -114,78 +114,12 @@ impl MeasurementUncertainty {
                 return Err(error.help("write kind = \"limits\" or kind = \"standard deviations\""));
             }
         };
-        let spread = |section: &Section<'_>, key: &str, of: Measurand| -> Result<Option<f64>> {
-            let Some(value) = section.opt(key) else { return Ok(None) };
-            let own = of.of_si(value.quantity(of.dimension().of_differences())?);
-            if (0.0..f64::INFINITY).contains(&own) {
-                Ok(Some(own))
-            } else {
-                Err(value.error("an uncertainty is a finite number and not negative"))
-            }
-        };
-        let of = |k: usize| machine.sensors[data.sensors[k]].measurand();
-        for (key, all) in [("noise", &mut found.noise), ("bias", &mut found.bias)] {
-            for (measurand, prefix) in [(Measurand::Temperature, ""), (Measurand::Displacement, "displacement_")] {
-                if let Some(own) = spread(&root, &format!("{prefix}{key}"), measurand)? {
-                    all.iter_mut().enumerate().filter(|(k, _)| of(*k) == measurand).for_each(|(_, value)| *value = scale * own);
-                }
-            }
-        }
-        if let Some(model) = spread(&root, "model", Measurand::Temperature)? {
-            found.model = model;
-        }
-        if let Some(value) = root.opt("timing") {
-            let seconds = value.quantity(Dimension::TIME)?;
-            if !(0.0..f64::INFINITY).contains(&seconds) {
-                return Err(value.error("an uncertainty is a finite number and not negative"));
-            }
-            found.timing = scale * seconds;
-        }
+        found.read_overall(&root, scale, data, machine)?;
         if let Some(value) = root.opt("condition") {
-            let section = value.section()?;
-            for (v, variable) in machine.variables.iter().enumerate() {
-                let Some(value) = section.opt(&variable.name) else { continue };
-                let text = value.text()?;
-                found.variables[v] = match text.trim().strip_suffix('%') {
-                    Some(percent) => {
-                        let share: f64 = percent.trim().parse().map_err(|_| value.error("this is no number of percent"))?;
-                        VariableUncertainty { absolute: 0.0, relative: scale * share / 100.0 }
-                    }
-                    None => {
-                        let dimension = if variable.dimension.is_absolute() { Dimension::DIFFERENCE } else { variable.dimension };
-                        let absolute = units::parse(&text, dimension).map_err(|e| value.place(e))?;
-                        VariableUncertainty { absolute: scale * absolute, relative: 0.0 }
-                    }
-                };
-                let VariableUncertainty { absolute, relative } = found.variables[v];
-                if ![absolute, relative].iter().all(|u| (0.0..f64::INFINITY).contains(u)) {
-                    return Err(value.error("an uncertainty is a finite number and not negative"));
-                }
-            }
-            section.finish()?;
+            found.read_conditions(value.section()?, scale, machine)?;
         }
         for (name, section) in root.sections("sensor")? {
-            let Some(k) = data.names.iter().position(|n| *n == name) else {
-                // A file may serve several tables: only names the machine does not have are wrong.
-                if let Some(other) = machine.sensors.iter().find(|s| s.name == name) {
-                    spread(&section, "noise", other.measurand())?;
-                    spread(&section, "bias", other.measurand())?;
-                    section.finish()?;
-                    continue;
-                }
-                let error = section.error(format!("there is no sensor '{name}'"));
-                return Err(match did_you_mean(&name, machine.sensors.iter().map(|s| s.name.as_str())) {
-                    Some(near) => error.help(format!("did you mean '{near}'?")),
-                    None => error,
-                });
-            };
-            if let Some(noise) = spread(&section, "noise", of(k))? {
-                found.noise[k] = scale * noise;
-            }
-            if let Some(bias) = spread(&section, "bias", of(k))? {
-                found.bias[k] = scale * bias;
-            }
-            section.finish()?;
+            found.read_sensor(&name, section, scale, data, machine)?;
         }
         if let Some(note) = root.opt("note") {
             note.text()?;
@@ -200,8 +134,74 @@ impl MeasurementUncertainty {
         Ok(found)
     }
 
+    /// Noise and bias of all sensors, the error of the model, and timing.
+    fn read_overall(&mut self, root: &Section<'_>, scale: f64, data: &Data, machine: &Machine) -> Result<()> {
+        let of = |k: usize| machine.sensors[data.sensors[k]].measurand();
+        for (key, all) in [("noise", &mut self.noise), ("bias", &mut self.bias)] {
+            for (measurand, prefix) in [(Measurand::Temperature, ""), (Measurand::Displacement, "displacement_")] {
+                if let Some(own) = spread(root, &format!("{prefix}{key}"), measurand)? {
+                    all.iter_mut().enumerate().filter(|(k, _)| of(*k) == measurand).for_each(|(_, value)| *value = scale * own);
+                }
+            }
+        }
+        if let Some(model) = spread(root, "model", Measurand::Temperature)? {
+            self.model = model;
+        }
+        if let Some(value) = root.opt("timing") {
+            self.timing = scale * finite(&value, value.quantity(Dimension::TIME)?)?;
+        }
+        Ok(())
+    }
+
+    /// Uncertainty of the condition variables.
+    fn read_conditions(&mut self, section: Section<'_>, scale: f64, machine: &Machine) -> Result<()> {
+        for (v, variable) in machine.variables.iter().enumerate() {
+            let Some(value) = section.opt(&variable.name) else { continue };
+            let text = value.text()?;
+            let mut own = VariableUncertainty::default();
+            if let Some(percent) = text.trim().strip_suffix('%') {
+                let share: f64 = percent.trim().parse().map_err(|_| value.error("this is no number of percent"))?;
+                own.relative = finite(&value, scale * share / 100.0)?;
+            } else {
+                let dimension = if variable.dimension.is_absolute() { Dimension::DIFFERENCE } else { variable.dimension };
+                own.absolute = finite(&value, scale * units::parse(&text, dimension).map_err(|e| value.place(e))?)?;
+            }
+            self.variables[v] = own;
+        }
+        section.finish()
+    }
+
+    /// Noise and bias of one sensor. A file may serve several tables, so that sensors of the machine without a column are allowed.
+    fn read_sensor(&mut self, name: &str, section: Section<'_>, scale: f64, data: &Data, machine: &Machine) -> Result<()> {
+        let Some(sensor) = machine.sensors.iter().find(|s| s.name == name) else {
+            let error = section.error(format!("there is no sensor '{name}'"));
+            return Err(match did_you_mean(name, machine.sensors.iter().map(|s| s.name.as_str())) {
+                Some(near) => error.help(format!("did you mean '{near}'?")),
+                None => error,
+            });
+        };
+        let column = data.names.iter().position(|n| n == name);
+        for (key, all) in [("noise", &mut self.noise), ("bias", &mut self.bias)] {
+            if let (Some(own), Some(k)) = (spread(&section, key, sensor.measurand())?, column) {
+                all[k] = scale * own;
+            }
+        }
+        section.finish()
+    }
+
     /// Standard deviation of every variable at a condition, SI.
     pub fn at(&self, condition: &Condition) -> Vec<f64> {
         self.variables.iter().zip(condition.si()).map(|(u, value)| u.absolute.max(u.relative * value.abs())).collect()
     }
+}
+
+/// An uncertainty (K or um) under a key, if it is there.
+fn spread(section: &Section<'_>, key: &str, of: Measurand) -> Result<Option<f64>> {
+    let Some(value) = section.opt(key) else { return Ok(None) };
+    finite(&value, of.of_si(value.quantity(of.dimension().of_differences())?)).map(Some)
+}
+
+/// Checks that an uncertainty is finite and not negative.
+fn finite(value: &Value<'_>, own: f64) -> Result<f64> {
+    if (0.0..f64::INFINITY).contains(&own) { Ok(own) } else { Err(value.error("an uncertainty is a finite number and not negative")) }
 }

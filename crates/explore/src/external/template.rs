@@ -15,9 +15,9 @@ const CLOSE: &str = "}}";
 /// A condition in SI and as it stands in the table, one value per variable in its own unit.
 #[derive(Debug, Clone, Copy)]
 pub struct TemplateValues<'a> {
-    /// TemplateValues in SI.
+    /// Values in SI.
     pub si: &'a [f64],
-    /// TemplateValues in the variables' own units.
+    /// Values in the variables' own units.
     pub shown: &'a [f64],
 }
 

@@ -13,9 +13,9 @@ use coldplate_tables::Table;
 /// Most conditions of a design, count. Chosen: a guard against typing errors.
 const MOST_CONDITIONS: usize = 1_000_000;
 
-/// ConditionGroup of conditions with one held variable at other values.
+/// Group of conditions with one held variable at other values.
 const FOLLOW: &str = "follow";
-/// ConditionGroup of conditions with all held variables at other values.
+/// Group of conditions with all held variables at other values.
 const FOLLOW_TOGETHER: &str = "follow together";
 /// Least number of design conditions at which one held variable is moved, to two values each; count. Chosen.
 const LEAST_FOLLOWED: usize = 4;

@@ -5,7 +5,7 @@ pub use super::sobol::points as sobol;
 
 use coldplate_base::random::Random;
 
-/// LevelSpacing of the points of a design along a variable's range.
+/// Spacing of the points of a design along a variable's range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum LevelSpacing {
     /// Evenly in the variable.

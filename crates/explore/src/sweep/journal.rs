@@ -41,7 +41,7 @@ pub struct Header {
     pub conditions: usize,
 }
 
-/// ConditionOutcome of one condition.
+/// Outcome of one condition.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ConditionOutcome {
     /// One value per output.
@@ -187,7 +187,7 @@ impl Journal {
         Ok(journal)
     }
 
-    /// ConditionOutcome of each condition, if it is known.
+    /// Outcome of each condition, if it is known.
     pub fn outcomes(&self) -> &[Option<ConditionOutcome>] {
         &self.outcomes
     }
