@@ -48,7 +48,7 @@ fn boiling_walls_are_said() {
         }
     }
     // Half the heat, and nothing boils.
-    let cool = write(&folder, "m.toml", &PLATE.replace("1.5 *", "0.1 *"));
+    let cool = write(&folder, "m.toml", PLATE.replace("1.5 *", "0.1 *"));
     let output = coldplate(&["simulate", &cool, &schedule, "--cells", "200"]);
     assert!(output.status.success() && !String::from_utf8_lossy(&output.stderr).contains("boils"));
 }

@@ -73,7 +73,7 @@ channel = "hole"
 "#;
     let machine = write(&folder, "m.toml", machine);
     let columns = "time [s],coolant_flow [L/min],coolant_temperature [degC],motor_speed [rpm]\n";
-    let schedule = write(&folder, "s.csv", &format!("{columns}0,1,20,100\n0,1,20,300\n3600,1,20,300\n"));
+    let schedule = write(&folder, "s.csv", format!("{columns}0,1,20,100\n0,1,20,300\n3600,1,20,300\n"));
     let checkpoint = folder.join("state").to_str().unwrap().to_string();
     let base = ["simulate", &machine, &schedule, "--cells", "1000", "--every", "60 s", "--json"];
     let whole = json(&coldplate(&base));

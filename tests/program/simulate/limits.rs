@@ -19,7 +19,7 @@ fn limit<'a>(found: &'a Value, name: &str) -> &'a Value {
 #[test]
 fn of_one_node_they_are_those_of_the_exponential() {
     let folder = scratch("limits");
-    let machine = write(&folder, "node.toml", &format!("{NODE}{LIMITS}"));
+    let machine = write(&folder, "node.toml", format!("{NODE}{LIMITS}"));
     let schedule = write(&folder, "s.csv", "time [s],motor_speed [rpm]\n0,1000\n1500,1000\n1500,0\n4000,0\n");
     let state = folder.join("state").to_str().unwrap().to_string();
     let args = ["simulate", &machine, &schedule, "--from", "22 degC", "--tolerance", "1e-4 K", "--every", "1 h"];

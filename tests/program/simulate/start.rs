@@ -9,7 +9,7 @@ const USUAL: [&str; 6] = ["--coolant-flow", "2 L/min", "--coolant-temperature", 
 fn parts_and_nodes_begin_where_the_file_says() {
     let folder = scratch("start");
     // A hot node cools down by itself: 22 + 38 exp(-t/500), whatever the rest begins with.
-    let machine = write(&folder, "hot.toml", &NODE.replacen("capacity = \"1000 J/K\"", "capacity = \"1000 J/K\"\nstart = \"60 degC\"", 1));
+    let machine = write(&folder, "hot.toml", NODE.replacen("capacity = \"1000 J/K\"", "capacity = \"1000 J/K\"\nstart = \"60 degC\"", 1));
     let schedule = write(&folder, "s.csv", "time [s],motor_speed [rpm]\n0,0\n1000,0\n");
     for from in ["steady", "22 degC"] {
         let args = ["simulate", &machine, &schedule, "--from", from, "--every", "500 s", "--tolerance", "1e-4 K", "--json"];
@@ -49,7 +49,7 @@ fn each_part_of_a_log_begins_at_its_own_first_readings() {
     let folder = scratch("start-parts");
     let second = NODE.lines().skip(1).collect::<Vec<_>>().join("\n").replace("motor]", "gear]").replace("\"motor\"", "\"gear\"");
     let second = second.replacen("[node.base]\ntemperature = \"ambient_temperature\"\n", "", 1).replace("contact.first", "contact.second");
-    let machine = write(&folder, "two.toml", &format!("{NODE}{second}\n"));
+    let machine = write(&folder, "two.toml", format!("{NODE}{second}\n"));
     let header = "test,time [s],coolant_flow [L/min],coolant_temperature [degC],motor_speed [rpm],ambient_temperature [degC]";
     let mut rows = String::new();
     for (test, motor, gear) in [("a", 60.0, 30.0), ("b", 25.0, 45.0)] {
@@ -58,7 +58,7 @@ fn each_part_of_a_log_begins_at_its_own_first_readings() {
             rows += &format!("{test},{t},2,20,0,22,{},{}\n", cooled(motor), cooled(gear));
         }
     }
-    let data = write(&folder, "log.csv", &format!("{header},motor [degC],gear [degC]\n{rows}"));
+    let data = write(&folder, "log.csv", format!("{header},motor [degC],gear [degC]\n{rows}"));
     let largest = |from: &str, machine: &str| {
         let found = json(&coldplate(&["predict", machine, &data, "--from", from, "--json"]));
         found["all"]["largest_K"].as_f64().unwrap().abs()
@@ -66,7 +66,7 @@ fn each_part_of_a_log_begins_at_its_own_first_readings() {
     assert!(largest("parts", &machine) < 5e-3, "{}", largest("parts", &machine));
     assert!(largest("readings", &machine) > 5.0);
     // A sensor that reads 3 K too high does not make its part begin hotter.
-    let high = write(&folder, "high.toml", &format!("{NODE}offset = \"3 K\"\n{second}\n"));
+    let high = write(&folder, "high.toml", format!("{NODE}offset = \"3 K\"\n{second}\n"));
     let shifted: String = rows
         .lines()
         .map(|l| {
@@ -74,11 +74,11 @@ fn each_part_of_a_log_begins_at_its_own_first_readings() {
             format!("{},{},{}\n", cells[..6].join(","), cells[6].parse::<f64>().unwrap() + 3.0, cells[7])
         })
         .collect();
-    let other = write(&folder, "shifted.csv", &format!("{header},motor [degC],gear [degC]\n{shifted}"));
+    let other = write(&folder, "shifted.csv", format!("{header},motor [degC],gear [degC]\n{shifted}"));
     let found = json(&coldplate(&["predict", &high, &other, "--from", "parts", "--json"]));
     assert!(found["all"]["largest_K"].as_f64().unwrap().abs() < 5e-3, "{}", found["all"]);
     // The temperature at the start is a number like others: it can be found.
-    let hot = write(&folder, "hot.toml", &format!("{}{second}\n", NODE.replacen("1000 J/K\"", "1000 J/K\"\nstart = \"30 degC\"", 1)));
+    let hot = write(&folder, "hot.toml", format!("{}{second}\n", NODE.replacen("1000 J/K\"", "1000 J/K\"\nstart = \"30 degC\"", 1)));
     let args = ["identify", &hot, &data, "--use", "a", "--without", "gear", "--free", "node.motor.start", "--brief", "--json"];
     let found = json(&coldplate(&[&args[..], &["--from", "22 degC"]].concat()));
     let start = found["parameters"]["node.motor.start"]["value"].as_f64().unwrap();

@@ -1,6 +1,6 @@
 //! Water that moves through all streams during a stage: parcels in plug flow, exchanging heat with walls held at one temperature.
 //!
-//! Cuts and ways of the water follow from the flow alone ([`super::plan`]); the heat that it gives off is linear in the wall
+//! Cuts and ways of the water follow from the flow alone (`plan`); the heat that it gives off is linear in the wall
 //! temperatures. A stage therefore plans once, asks for the heat along as many walls as its iteration takes, and moves the water once,
 //! at its end.
 

@@ -29,10 +29,10 @@ pub fn condition(surrogate: &Surrogate<'_>, given: &[(String, String)]) -> Resul
     complete(surrogate, partial(surrogate, given)?)
 }
 
-/// Reads `given` like [`condition`], with `None` for a variable that is not given.
+/// Reads `given` like [`condition()`], with `None` for a variable that is not given.
 ///
 /// # Errors
-/// Errors of [`condition`].
+/// Errors of [`condition()`].
 pub fn partial(surrogate: &Surrogate<'_>, given: &[(String, String)]) -> Result<Vec<Option<f64>>> {
     let variables = variables(surrogate);
     let mut x = vec![None; variables.len()];

@@ -44,7 +44,7 @@ pub fn with_known<'b>(bytes: &'b [u8], given: &[StatedValue]) -> Result<(Cow<'b,
 /// the range that is followed, come back unchanged.
 ///
 /// # Errors
-/// Errors of [`Surrogate::moved`](crate::fit::model::Surrogate::moved); a value without its unit.
+/// Errors of [`SurrogateSpec::moved`](crate::fit::model::SurrogateSpec::moved); a value without its unit.
 pub fn with_moved(bytes: &[u8], given: &[StatedValue]) -> Result<(Vec<u8>, Vec<StatedValue>)> {
     let surrogate = file::decode(bytes)?;
     let mut to: Vec<(usize, f64)> = Vec::new();
