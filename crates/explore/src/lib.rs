@@ -9,7 +9,7 @@
 //! use coldplate_explore::{Sweep, SweepOptions};
 //!
 //! let sweep = Sweep::open("sweeps/rig.toml", Some(3000), &[])?;
-//! let swept = sweep.run("out/rig".as_ref(), SweepOptions::default())?; // resumes what it finds in the folder
+//! let swept = sweep.run("out/rig", SweepOptions::default())?; // resumes what it finds in the folder
 //! println!("{} conditions to fit, {} failed", swept.table.rows(), swept.failures.len());
 //! # Ok::<(), coldplate_base::error::Error>(())
 //! ```
