@@ -28,29 +28,43 @@ pub(super) fn text(found: &Findings<'_>) -> String {
     }
     text += &format!("  nothing wrong {:.3}, something else {:.3}\n\n", diagnosis.others.nothing, diagnosis.others.something_else);
     if diagnosis.verdict != Verdict::Consistent {
-        let rows: Vec<Vec<String>> = found
-            .ranked(12)
-            .map(|(i, e)| {
-                let open = if diagnosis.set.contains(&i) { "yes" } else { "no" };
-                vec![format!("{:.3}", e.probability), format!("{:.1}", e.misfit), open.to_string(), words(e)]
-            })
-            .collect();
-        text += &table(&["probability", "misfit left", "in the set", "cause"], &rows);
-        text += "\n";
-        for level in &diagnosis.certainties {
-            text += &format!("  probability of the {}: {} ({})\n", level.certainty.code(), probability(level.probability), level.what);
-        }
-        if !diagnosis.certainties.is_empty() {
-            text += "\n";
-        }
+        text += &explanations(found);
     }
+    text + &rungs(found) + &next(found) + &extended(found) + &format!("{:.2} s\n", diagnosis.seconds)
+}
+
+/// Explanations by probability.
+fn explanations(found: &Findings<'_>) -> String {
+    let diagnosis = &found.diagnosis;
+    let rows: Vec<Vec<String>> = found
+        .ranked(12)
+        .map(|(i, e)| {
+            let open = if diagnosis.set.contains(&i) { "yes" } else { "no" };
+            vec![format!("{:.3}", e.probability), format!("{:.1}", e.misfit), open.to_string(), words(e)]
+        })
+        .collect();
+    let mut text = table(&["probability", "misfit left", "in the set", "cause"], &rows);
+    text += "\n";
+    for level in &diagnosis.certainties {
+        text += &format!("  probability of the {}: {} ({})\n", level.certainty.code(), probability(level.probability), level.what);
+    }
+    if !diagnosis.certainties.is_empty() {
+        text += "\n";
+    }
+    text
+}
+
+/// Causes step by step, and the gain on data kept out.
+fn rungs(found: &Findings<'_>) -> String {
+    let (diagnosis, is_log) = (&found.diagnosis, found.problem.data.is_transient());
+    let mut text = String::new();
     for (i, rung) in diagnosis.rungs.iter().enumerate() {
         text += &format!("{}. {}\n", i + 1, ladder::words(rung));
         let before = if rung.causes.is_empty() { "" } else { "refitted beside it: " };
         for line in ladder::refitted(rung) {
             text += &format!("   {before}{line}\n");
         }
-        text += &format!("   {}\n", ladder::left(rung, data.is_transient()));
+        text += &format!("   {}\n", ladder::left(rung, is_log));
         if let Some(gain) = rung.gain.as_ref().filter(|_| diagnosis.rungs.len() > 1) {
             text += &format!("   on data kept out: error {:.3} K before, {:.3} K after\n", gain.before, gain.after);
         }
@@ -70,6 +84,13 @@ pub(super) fn text(found: &Findings<'_>) -> String {
         }
         None => text += "too few conditions to keep some out: the gain on unseen ones is not known\n",
     }
+    text
+}
+
+/// Tests worth making next.
+fn next(found: &Findings<'_>) -> String {
+    let (problem, diagnosis) = (&*found.problem, &found.diagnosis);
+    let mut text = String::new();
     for (i, next) in diagnosis.next.iter().enumerate() {
         let test = next_test_in_words(problem, next);
         let before = if i == 0 { "\nwhat to measure next:\n  " } else { "  or " };
@@ -82,6 +103,12 @@ pub(super) fn text(found: &Findings<'_>) -> String {
     if diagnosis.verdict == Verdict::CannotTell && diagnosis.next.is_empty() {
         text += "\nno test within the machine's ranges would set these explanations one standard deviation apart\n";
     }
+    text
+}
+
+/// The extended machine and its surrogate, or why there is none.
+fn extended(found: &Findings<'_>) -> String {
+    let mut text = String::new();
     match &found.extended {
         Some(extended) => {
             text += "\nthe extended machine\n";
@@ -99,5 +126,5 @@ pub(super) fn text(found: &Findings<'_>) -> String {
             None => format!("no surrogate: {}\n", found.why_not_extended()),
         };
     }
-    text + &format!("{:.2} s\n", diagnosis.seconds)
+    text
 }

@@ -45,6 +45,20 @@ impl IdentifyResults<'_> {
             plural(problem.data.tests().len(), "test")
         );
         text += &faults::listed(self.faults);
+        text += &self.parameters();
+        text += &self.misfit();
+        text += &self.undetermined();
+        text += &self.readings();
+        text += &self.advice();
+        text += &match self.path {
+            Some(path) => format!("\nwrote {}\n", path.display()),
+            None => "\nno machine file was written: --out FILE writes the one with these values\n".to_string(),
+        };
+        text + &format!("{:.2} s, {} predictions\n", self.seconds, estimate.evaluations)
+    }
+
+    fn parameters(&self) -> String {
+        let (problem, estimate) = (self.problem, self.estimate);
         let rows: Vec<Vec<String>> = (0..problem.free.len())
             .map(|k| {
                 let p = &problem.free[k].parameter;
@@ -67,8 +81,12 @@ impl IdentifyResults<'_> {
                 ]
             })
             .collect();
-        text += &table(&["parameter", "before", "found", "unit", "95 % interval", "profile", ""], &rows);
-        text += &format!("\n  misfit {:.1} before, {:.1} after", estimate.misfit.0, estimate.misfit.1);
+        table(&["parameter", "before", "found", "unit", "95 % interval", "profile", ""], &rows)
+    }
+
+    fn misfit(&self) -> String {
+        let estimate = self.estimate;
+        let mut text = format!("\n  misfit {:.1} before, {:.1} after", estimate.misfit.0, estimate.misfit.1);
         text += &match estimate.freedom {
             0 => "; as many readings as parameters: nothing is left to judge the fit by\n".to_string(),
             n => format!(", {n} degrees of freedom; a misfit this large or larger has probability {:.3}\n", estimate.probability),
@@ -79,6 +97,13 @@ impl IdentifyResults<'_> {
             text += &format!("  predictions are continued to an endlessly fine mesh, which changes them by up to {by} K\n");
         }
         text += &self.model_error();
+        text
+    }
+
+    /// Correlations, and what the data cannot determine.
+    fn undetermined(&self) -> String {
+        let (problem, estimate) = (self.problem, self.estimate);
+        let mut text = String::new();
         if problem.free.len() > 1 {
             text += "\n  correlation\n";
             for i in 0..problem.free.len() {
@@ -99,9 +124,15 @@ impl IdentifyResults<'_> {
             };
             text += &format!("\n  these readings cannot determine {} ({reach})\n", open.text);
         }
-        text += "\n";
+        text
+    }
+
+    /// Readings beside predictions, those that were not used too.
+    fn readings(&self) -> String {
+        let (problem, estimate) = (self.problem, self.estimate);
         let rows = reading_rows(&problem.study.model.machine, &problem.data, &estimate.predictions.0, &estimate.predictions.1);
-        text += &table(&["test", "sensor", "measured degC", "before", "after", "difference K"], &rows);
+        let heading = ["test", "sensor", "measured degC", "before", "after", "difference K"];
+        let mut text = format!("\n{}", table(&heading, &rows));
         if let Some(HeldOut { data: others, before, after }) = &self.held_out {
             let machine = &problem.study.model.machine;
             let rmse = |measurand: Measurand| {
@@ -116,6 +147,13 @@ impl IdentifyResults<'_> {
                 &reading_rows(&self.problem.study.model.machine, others, before, after),
             );
         }
+        text
+    }
+
+    /// The measurement that would tell most.
+    fn advice(&self) -> String {
+        let problem = self.problem;
+        let mut text = String::new();
         if let Some(best) = self.advice.first() {
             text += &format!(
                 "\nwhat would tell more: a steady test at {}, all {} sensors\n",
@@ -126,11 +164,7 @@ impl IdentifyResults<'_> {
                 text += &format!("  the interval of {} would shrink to {:.0} %\n", free.name(), 100.0 * best.shrink[k]);
             }
         }
-        text += &match self.path {
-            Some(path) => format!("\nwrote {}\n", path.display()),
-            None => "\nno machine file was written: --out FILE writes the one with these values\n".to_string(),
-        };
-        text + &format!("{:.2} s, {} predictions\n", self.seconds, estimate.evaluations)
+        text
     }
 
     /// The model error in words: the part of the residuals that the stated errors do not explain.

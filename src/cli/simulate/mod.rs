@@ -1,5 +1,7 @@
 //! `coldplate simulate`: temperatures over time, through a schedule of conditions.
 
+mod text;
+
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -8,20 +10,17 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::condition::{ConditionArgs, pair_of};
 use super::mesh_options::MeshArgs;
 use super::output::{self, Output};
-use super::text::table;
 use coldplate_base::error::{Error, Result, did_you_mean};
 use coldplate_base::numbers::{duration, significant};
 use coldplate_base::units::{Dimension, Measurand, express, parse};
 use coldplate_describe::machine::{Machine, Sensor};
 use coldplate_explore::schedule::{self, Schedule};
-use coldplate_explore::simulate::drift::{Drift, Tilt};
-use coldplate_explore::simulate::{self, FirstPassings, History, LimitCourse, Passed, SimulatedMachine, Start, Watch};
+use coldplate_explore::simulate::{self, History, SimulatedMachine, Start, Watch};
 use coldplate_figures::chart::draw_as;
 use coldplate_figures::chart::output::check_name;
 use coldplate_jobs::charts::history;
 use coldplate_jobs::surrogate_run::SurrogateRun;
 use coldplate_jobs::{FileKind, OpenFile, drift_report, open};
-use coldplate_network::HeatMeter;
 use coldplate_solve::meshed::MeshedMachine;
 use coldplate_tables::Table;
 
@@ -187,7 +186,7 @@ fn tell(model: &SimulatedMachine<'_>, history: &History, args: &Args, start: Ins
         out.note(&format!("wrote {}", path.display()));
     }
     let seconds = start.elapsed().as_secs_f64();
-    out.report(&text(model, history, seconds), &history.record(model, seconds));
+    out.report(&text::text(model, history, seconds), &history.record(model, seconds));
     Ok(0)
 }
 
@@ -263,151 +262,4 @@ fn write_table(path: &Path, series: &Table, schedule: &Path) -> Result<()> {
     let mut series = series.clone();
     series.provenance.push(("schedule".into(), schedule.display().to_string()));
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("parquet")) { series.write_parquet(path) } else { series.write_csv(path) }
-}
-
-/// A displacement's drift, for a reader.
-fn drift_row(drift: &Drift) -> Vec<String> {
-    vec![
-        drift.sensor.clone(),
-        format!("{:.2}", drift.range_um),
-        format!("{:.2}", drift.first_hour_um),
-        format!("{:+.2}", drift.end_um),
-        drift.steady_um.map_or(String::new(), |um| format!("{um:+.2}")),
-        drift.settled_s.map_or("not reached".into(), duration),
-    ]
-}
-
-/// The drift of an angle, for a reader.
-fn tilt_row(tilt: &Tilt) -> Vec<String> {
-    vec![
-        tilt.of.join(", "),
-        tilt.about.clone(),
-        format!("{:.2}", tilt.range_urad),
-        format!("{:.2}", tilt.first_hour_urad),
-        format!("{:+.2}", tilt.end_urad),
-        tilt.steady_urad.map_or(String::new(), |urad| format!("{urad:+.2}")),
-        tilt.settled_s.map_or("not reached".into(), duration),
-    ]
-}
-
-/// The largest bound of each of so many sensors over time.
-fn largest(bounds: &[Vec<f64>], sensors: usize) -> Vec<f64> {
-    (0..sensors).map(|s| bounds.iter().map(|row| row[s]).fold(0.0, f64::max)).collect()
-}
-
-/// A time at which a value is passed, in words and in seconds, and its error if known.
-fn moment(passed: Passed) -> String {
-    let within = passed.within.map_or(String::new(), |within| format!(" +- {}", significant(within, 2)));
-    format!("{} ({}{within} s)", duration(passed.at), significant(passed.at, 6))
-}
-
-/// A limit over the run, for a reader.
-fn limit_row(limit: &LimitCourse) -> Vec<String> {
-    let LimitCourse { largest, at, first_broken, bound } = limit;
-    let band = bound.map_or(String::new(), |bound| format!(" +- {}", significant(bound, 2)));
-    vec![
-        largest.name.clone(),
-        format!("{:.3}{band} {}", largest.shown(largest.value), largest.unit()),
-        format!("{:.3} {}", largest.shown(largest.maximum), largest.unit()),
-        format!("{:+.3} {}", largest.margin(), largest.measurand.unit_of_differences()),
-        duration(*at),
-        first_broken.map_or("never".into(), moment),
-    ]
-}
-
-fn text(model: &SimulatedMachine<'_>, history: &History, seconds: f64) -> String {
-    let (start, end) = (history.times.first().copied().unwrap_or(0.0), history.times.last().copied().unwrap_or(0.0));
-    let mut text = format!("{}\n{} from {} to {}\n\n", model.name, duration(end - start), duration(start), duration(end));
-    let near = history.within;
-    let is_mixed = model.measurands.contains(&Measurand::Displacement);
-    // In a table with temperatures, displacements carry their unit.
-    let unit = |s: usize| if is_mixed { format!(" {}", model.measurands[s].unit()) } else { String::new() };
-    let kelvin = if is_mixed { "K (um)" } else { "K" };
-    let degrees = |what: &str| if is_mixed { what.to_string() } else { format!("{what} degC") };
-    let bounds = history.bounds.as_ref().map(|all| largest(all, model.sensors.len()));
-    let mut rows = Vec::new();
-    for (s, name) in model.sensors.iter().enumerate() {
-        let at =
-            |readings: Option<&Vec<f64>>| readings.map_or(String::new(), |r| format!("{:.3}{}", model.measurands[s].shown(r[s]), unit(s)));
-        let mut row = vec![
-            name.clone(),
-            at(history.readings.first()),
-            at(history.readings.last()),
-            at(history.steady.as_ref().ok()),
-            history.settled[s].map_or("not reached".into(), duration),
-        ];
-        row.extend(bounds.as_ref().map(|bounds| significant(bounds[s], 2)));
-        rows.push(row);
-    }
-    let (near_after, bound) = (format!("within {near} {kelvin} after"), format!("bound {kelvin}"));
-    let (start, end, steady) = (degrees("start"), degrees("end"), degrees("steady"));
-    let heading: Vec<&str> = ["sensor", &start, &end, &steady, &near_after].into_iter().chain(bounds.as_ref().map(|_| &*bound)).collect();
-    text += &table(&heading, &rows);
-    let row = |(m, meter): (usize, &HeatMeter)| {
-        let at = |heats: Option<&Vec<f64>>| heats.map_or(String::new(), |heats| format!("{:+.3}", heats[m]));
-        vec![meter.name.clone(), at(history.heat_flows.first()), at(history.heat_flows.last())]
-    };
-    let flows: Vec<Vec<String>> = model.meters.iter().enumerate().map(row).collect();
-    if !flows.is_empty() {
-        text += "\n";
-        text += &table(&["heat flow", "start W", "end W"], &flows);
-    }
-    let drifts: Vec<Vec<String>> = history.drifts(model).iter().map(drift_row).collect();
-    if !drifts.is_empty() {
-        text += "\n";
-        text += &table(&["drift um", "range", "first hour", "to the end", "to steady", "within 10 % after"], &drifts);
-    }
-    let tilts: Vec<Vec<String>> = history.tilts(model).iter().map(tilt_row).collect();
-    if !tilts.is_empty() {
-        text += "\n";
-        text += &table(&["tilt urad", "about", "range", "first hour", "to the end", "to steady", "within 10 % after"], &tilts);
-    }
-    text += "\n";
-    let pass = |c: &FirstPassings| {
-        let at = |passed: Option<Passed>| passed.map_or("never".into(), moment);
-        let value = significant(model.measurands[c.watch.sensor].shown(c.watch.value), 4) + &unit(c.watch.sensor);
-        vec![model.sensors[c.watch.sensor].clone(), value, at(c.rising), at(c.falling)]
-    };
-    if !history.passes.is_empty() {
-        text += &table(
-            &["passes", if is_mixed { "" } else { "degC" }, "rising at", "falling at"],
-            &history.passes.iter().map(pass).collect::<Vec<_>>(),
-        );
-        text += "\n";
-    }
-    let limits: Vec<Vec<String>> = history.limits.iter().map(limit_row).collect();
-    if !limits.is_empty() {
-        text += &table(&["limit", "largest value", "at most", "margin", "when", "first broken at"], &limits);
-        text += "\n";
-    }
-    text += &match (&history.steady, history.settled_overall()) {
-        (Err(reason), _) => format!("the last condition has no steady state to reach: {reason}\n"),
-        (_, Some(after)) => {
-            format!("every sensor stays within {near} {kelvin} of the steady state of the last condition after {}\n", duration(after))
-        }
-        (_, None) => {
-            let late = history.settled.iter().filter(|s| s.is_none()).count();
-            let of = history.settled.len();
-            format!("not reached: {late} of {of} sensors do not stay within {near} {kelvin} of the steady state of the last condition\n")
-        }
-    };
-    if let Some(bounds) = bounds {
-        let widest = bounds.iter().zip(model.sensors).enumerate().max_by(|a, b| a.1.0.total_cmp(b.1.0));
-        let widest = widest.map_or(String::new(), |(s, (bound, name))| {
-            format!("largest bound {} {}, that of '{name}', ", significant(*bound, 2), model.measurands[s].unit_of_differences())
-        });
-        let cells = if model.cells > 0 { format!(" on {} cells", model.cells) } else { String::new() };
-        text += &format!("{widest}against the full model{cells}\n");
-        return text + &format!("{} time steps, {:.3} s\n", history.steps, seconds);
-    }
-    let energy = &history.energy;
-    text += &format!(
-        "heat entered {} J, left {} J, stored {} J, open {:.1e}\n",
-        significant(energy.entered, 6),
-        significant(energy.left, 6),
-        significant(energy.stored, 6),
-        energy.relative()
-    );
-    text += &format!("{} unknowns, {} time steps, {} tried again, {:.2} s\n", model.nodes, history.steps, history.rejected, seconds);
-    text
 }
