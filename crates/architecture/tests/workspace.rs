@@ -267,3 +267,26 @@ fn doc_comments_name_their_subject() {
     }
     assert!(found.is_empty(), "comments that do not name their subject: {found:#?}");
 }
+
+/// Lines of `cargo tree`, each a dependency with its features, of a selection of the workspace's crates.
+fn selection(arguments: &[&str]) -> BTreeSet<String> {
+    let tree = std::process::Command::new(env!("CARGO"))
+        .args(["tree", "--locked", "--no-dedupe", "--prefix", "none", "--format", "{p} {f}"])
+        .args(arguments)
+        .current_dir(root())
+        .output()
+        .unwrap();
+    assert!(tree.status.success(), "{}", String::from_utf8_lossy(&tree.stderr));
+    String::from_utf8(tree.stdout).unwrap().lines().map(|line| line.replace(" (proc-macro)", "").trim().to_owned()).collect()
+}
+
+#[test]
+fn dependencies_compile_once() {
+    let tested = selection(&["--workspace", "--edges", "normal,build,dev"]);
+    for (what, arguments) in
+        [("program", vec!["--edges", "normal,build"]), ("wheel", vec!["-p", "coldplate-python", "--edges", "normal,build"])]
+    {
+        let own: Vec<String> = selection(&arguments).difference(&tested).cloned().collect();
+        assert!(own.is_empty(), "the {what} builds with features that the tests do not have: {own:#?}\nstate them in Cargo.toml");
+    }
+}

@@ -22,7 +22,7 @@ const NOTHING: f64 = 1e-3;
 const MOST_COLUMNS: usize = 12;
 
 /// Paths that may be attached anywhere on the open faces of a part, in a steady table.
-pub struct Attached<'a> {
+pub(crate) struct Attached<'a> {
     study: &'a Study,
     data: &'a Data,
     /// Temperatures of all nodes at each distinct condition, K.

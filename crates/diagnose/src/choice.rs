@@ -8,7 +8,7 @@ use coldplate_evidence::identify::chi_square_tail;
 /// Least probability of a finalist, once there is one.
 pub const LEAST: f64 = 3e-3;
 /// Causes beside the finalists by laws that are looked for only where something is wrong.
-pub const RARE_FINALISTS: usize = 2;
+pub(crate) const RARE_FINALISTS: usize = 2;
 /// A misfit left that is less probable than this is no noise.
 pub const LEFT: f64 = 0.05;
 /// A cause that takes away more than this share of the misfit that the best one takes looks like it, and how many such are fitted.
@@ -18,12 +18,12 @@ const MOST_ALIKE: usize = 3;
 const MOST_DOUBTED: usize = 8;
 
 /// Whether a cause by a rarer law is part of it.
-pub fn has_rare(screened: &Screened, candidate: &Candidate) -> bool {
+pub(crate) fn has_rare(screened: &Screened, candidate: &Candidate) -> bool {
     candidate.members.iter().any(|j| screened.is_rare[*j])
 }
 
 /// Candidates worth a fit, at most `most` and some by rarer laws, which take nothing from the others.
-pub fn leading(posterior: &Posterior, screened: &Screened, most: usize) -> Vec<Candidate> {
+pub(crate) fn leading(posterior: &Posterior, screened: &Screened, most: usize) -> Vec<Candidate> {
     let (rare, usual): (Vec<Candidate>, Vec<Candidate>) = posterior.candidates.iter().cloned().partition(|c| has_rare(screened, c));
     let mut chosen = leading_of(&usual, screened, most);
     chosen.extend(leading_of(&rare, screened, most.min(RARE_FINALISTS)));
@@ -64,7 +64,7 @@ fn leading_of(candidates: &[Candidate], screened: &Screened, most: usize) -> Vec
 ///
 /// Readings that are off by many times their noise show where an effect bends. A sensor's gain is straight, and leaves less than the slope
 /// of the contact that has changed, although that contact explains everything. Where slopes leave no more than noise nobody is in doubt.
-pub fn doubted<'a>(
+pub(crate) fn doubted<'a>(
     posterior: &Posterior,
     screened: &Screened,
     chosen: &[Candidate],

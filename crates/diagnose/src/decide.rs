@@ -101,7 +101,7 @@ pub fn is_wrong(misfit: &Misfit) -> bool {
 }
 
 /// The misfit of a screen, with the look-elsewhere effect paid for.
-pub fn misfit_of(screened: &Screened, seed: u64) -> Misfit {
+pub(crate) fn misfit_of(screened: &Screened, seed: u64) -> Misfit {
     Misfit { look_elsewhere: screened.look_elsewhere(seed), ..of_the_whole(screened) }
 }
 
@@ -111,7 +111,7 @@ fn of_the_whole(screened: &Screened) -> Misfit {
 }
 
 /// Whether a screen raises the alarm. The Monte Carlo test runs only if the chi-square test does not already reject.
-pub fn raises_alarm(screened: &Screened, seed: u64) -> bool {
+pub(crate) fn raises_alarm(screened: &Screened, seed: u64) -> bool {
     is_wrong(&of_the_whole(screened)) || is_wrong(&misfit_of(screened, seed))
 }
 
@@ -130,7 +130,7 @@ pub struct Answer {
 
 impl Answer {
     /// Whether causes are named in it.
-    pub fn names_causes(&self) -> bool {
+    pub(crate) fn names_causes(&self) -> bool {
         matches!(self.verdict, Verdict::Explained | Verdict::CannotTell)
     }
 
@@ -145,7 +145,7 @@ impl Answer {
 
     /// The same after data kept out have been predicted, with the best explanation taking a share of the squared residual; `by_itself` says
     /// what it gains without what was refitted beside it.
-    pub fn vetoed(
+    pub(crate) fn vetoed(
         self,
         (explanations, errors): (&[Explanation], &ErrorParts),
         gain: Option<&Gain>,
@@ -169,7 +169,7 @@ impl Answer {
 
     /// The same of causes that are certain, where all numbers of the file may be a little off, with the probabilities that explanations then
     /// have: what is not certain beside that is not certain.
-    pub fn beside_numbers(self, named: &Explanation, explanations: &[Explanation]) -> Self {
+    pub(crate) fn beside_numbers(self, named: &Explanation, explanations: &[Explanation]) -> Self {
         let level = ladder(named, explanations);
         let is_certain = level.certainty.names_the_cause();
         let verdict = if is_certain { Verdict::Explained } else { Verdict::CannotTell };
@@ -177,25 +177,25 @@ impl Answer {
     }
 
     /// The same where numbers of the file that are all a little off explain more than causes do: no contradiction.
-    pub fn by_numbers(self, probability: f64) -> Self {
+    pub(crate) fn by_numbers(self, probability: f64) -> Self {
         Self { verdict: Verdict::Consistent, level: Level::nothing(probability), set: Vec::new(), is_open_by_numbers: false }
     }
 
     /// Without what is named.
-    pub fn withdrawn(self) -> Self {
+    pub(crate) fn withdrawn(self) -> Self {
         Self { verdict: Verdict::CannotTell, level: Level::nothing(self.level.probability), is_open_by_numbers: false, ..self }
     }
 
     /// Whether the machine is extended by the best explanation. By one of several that fit a log alike only if what it gains is certain: of
     /// few tests one may decide.
-    pub fn extends_the_machine(&self, gain: Option<&Gain>, is_log: bool) -> bool {
+    pub(crate) fn extends_the_machine(&self, gain: Option<&Gain>, is_log: bool) -> bool {
         let is_certain = self.verdict == Verdict::Explained || gain.is_none_or(|gain| gain.low > 0.0);
         self.names_causes() && !predicts_worse(gain) && (is_certain || !is_log)
     }
 }
 
 /// Whether data kept out are predicted no better than by the machine as it is.
-pub fn predicts_worse(gain: Option<&Gain>) -> bool {
+pub(crate) fn predicts_worse(gain: Option<&Gain>) -> bool {
     gain.is_some_and(|gain| gain.after >= gain.before)
 }
 

@@ -27,7 +27,7 @@ const ROUNDS: usize = 2;
 
 /// What fitting needs.
 #[derive(Clone)]
-pub struct Finalists<'a> {
+pub(crate) struct Finalists<'a> {
     /// Machine and data.
     pub problem: &'a Problem,
     /// Predictions with causes in force.
@@ -97,13 +97,13 @@ impl Outcome {
     }
 
     /// The fit of the most probable explanation, where it was fitted.
-    pub fn leading(&self) -> Option<&Entry> {
+    pub(crate) fn leading(&self) -> Option<&Entry> {
         let leading = self.posterior.candidates.first()?;
         self.fitted.iter().find(|(members, _)| *members == leading.members)
     }
 
     /// Predictions with the most probable explanation on the finer mesh, K; none where it was not fitted.
-    pub fn leading_predictions(&self) -> Option<Vec<f64>> {
+    pub(crate) fn leading_predictions(&self) -> Option<Vec<f64>> {
         let (_, fitted) = self.leading()?;
         Some(fitted.values.iter().zip(&self.view.mesh).map(|(v, m)| v + m).collect())
     }
@@ -137,7 +137,7 @@ impl Finalists<'_> {
     }
 
     /// What a screen says, before anything is fitted.
-    pub fn unfitted(&self, posterior: Posterior) -> Outcome {
+    pub(crate) fn unfitted(&self, posterior: Posterior) -> Outcome {
         let (screened, view) = (self.screened.clone(), self.base.clone());
         Outcome { posterior, fitted: Vec::new(), screened, view, ground: self.ground, synonyms: Vec::new() }
     }
@@ -218,7 +218,7 @@ impl Finalists<'_> {
     }
 
     /// The screen of the machine as it is under another covariance.
-    pub fn screened_by(&self, view: &Comparison) -> Screened {
+    pub(crate) fn screened_by(&self, view: &Comparison) -> Screened {
         let (base, whitener, places) = (&self.base.found, &view.whitener, &self.places);
         let held = ScreenInput { residual: &base.residual, columns: &base.columns, whitener, catalogue: self.catalogue, places };
         held.screen_of(&self.screened.visible)
@@ -253,7 +253,7 @@ impl Finalists<'_> {
     }
 
     /// Whether even the best fit leaves more than noise and a usual discrepancy.
-    pub fn leaves_much(&self, now: &Outcome) -> bool {
+    pub(crate) fn leaves_much(&self, now: &Outcome) -> bool {
         let least = now.fitted.iter().min_by(|a, b| a.1.deviance.total_cmp(&b.1.deviance));
         least.is_some_and(|(_, f)| {
             !self.base.errors.is_usual(&f.level) || chi_square_tail(f.misfit, self.base.readings.len().saturating_sub(1).max(1)) < LEFT
@@ -268,7 +268,7 @@ impl Finalists<'_> {
     }
 
     /// Probability that pure noise lets some cause take away as much as the best one does of what the most probable explanation leaves.
-    pub fn look_beside(&self, now: &Outcome) -> f64 {
+    pub(crate) fn look_beside(&self, now: &Outcome) -> f64 {
         let Some((members, fitted)) = now.leading().filter(|(_, fitted)| fitted.left.len() == self.base.readings.len()) else { return 1.0 };
         let own = (fitted.level != now.view.level).then(|| now.view.at(fitted.level)).map(|view| (self.screened_by(&view), view));
         let (screened, view) = own.as_ref().map_or((&now.screened, &now.view), |(screened, view)| (screened, view));

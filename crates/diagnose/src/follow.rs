@@ -50,7 +50,7 @@ impl Linear {
 }
 
 /// What hypotheses are followed with.
-pub struct Follower<'a> {
+pub(crate) struct Follower<'a> {
     /// The machine.
     pub study: &'a Study,
     /// Its logs.
@@ -66,7 +66,7 @@ pub struct Follower<'a> {
 }
 
 /// What was followed, reading by reading.
-pub struct Followed {
+pub(crate) struct Followed {
     /// Per unit of each hypothesis; `None` for what acts on no node.
     pub columns: Vec<Option<Vec<f64>>>,
     /// Rows of slopes along the uncertain parameters, and along the condition variables.

@@ -24,7 +24,7 @@ const RESAMPLED: usize = 2000;
 
 /// What is kept out of logs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum KeptOut {
+pub(crate) enum KeptOut {
     /// A test, or a block of time where there are one or two.
     Tests,
     /// A block of time of every test.
@@ -126,7 +126,7 @@ pub fn gain(
 }
 
 /// The conditions of data cut into folds. Of logs a condition is a test, and of one or two tests a block of time.
-pub struct Cut {
+pub(crate) struct Cut {
     conditions: Vec<String>,
     /// Of every reading.
     condition_of: Vec<usize>,

@@ -30,7 +30,7 @@ const FRONTS: f64 = 0.25;
 ///
 /// # Errors
 /// A condition cannot be evaluated.
-pub fn has_fronts(study: &Study, data: &Data) -> Result<bool> {
+pub(crate) fn has_fronts(study: &Study, data: &Data) -> Result<bool> {
     let network = &study.model.network;
     let Some(row) = data.rows.first().filter(|_| data.is_transient()) else { return Ok(false) };
     let load = Load::at(&study.model.machine, &row.condition)?;
@@ -43,7 +43,7 @@ pub fn has_fronts(study: &Study, data: &Data) -> Result<bool> {
 }
 
 /// A machine and its logs.
-pub struct Logs<'a> {
+pub(crate) struct Logs<'a> {
     /// The machine.
     pub study: &'a Study,
     /// The logs.

@@ -64,14 +64,14 @@ pub struct Joint {
 impl Joint {
     /// Whether numbers that can do what a cause does, such as the factor of the source that it adds to, took its place: its own
     /// interval then holds nothing at all. `alone` are the causes as they were fitted by themselves.
-    pub fn empties(&self, alone: &[Cause]) -> bool {
+    pub(crate) fn empties(&self, alone: &[Cause]) -> bool {
         let stands = |cause: &Cause, by: f64| cause.amplitude.abs() > by * cause.deviation;
         let was = |cause: &Cause| alone.iter().any(|own| own.hypothesis.is_same(&cause.hypothesis) && stands(own, STANDS));
         self.causes.iter().any(|cause| !cause.hypothesis.is_fixed() && was(cause) && !stands(cause, EMPTY))
     }
 
     /// Whether numbers that nobody called uncertain do what common factors do: in logs, which say much of each.
-    pub fn takes_factors_place(&self, finals: &Finalists<'_>) -> bool {
+    pub(crate) fn takes_factors_place(&self, finals: &Finalists<'_>) -> bool {
         self.has_pulled && finals.problem.data.is_transient()
     }
 
@@ -81,7 +81,7 @@ impl Joint {
     }
 
     /// The rows and columns of causes, of numbers that moved, and of whatever stands behind all that was fitted.
-    pub fn among_kept(&self, correlations: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    pub(crate) fn among_kept(&self, correlations: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let is_kept = |k: usize| self.kept.get(k).is_none_or(|kept| *kept);
         let keep = |row: &Vec<f64>| row.iter().enumerate().filter(|(k, _)| is_kept(*k)).map(|(_, c)| *c).collect();
         correlations.iter().enumerate().filter(|(k, _)| is_kept(*k)).map(|(_, row)| keep(row)).collect()
@@ -97,7 +97,7 @@ fn whitener(errors: &ErrorParts, level: &DiscrepancySize, worth: Option<f64>, re
 
 /// What readings weigh in the fit of all.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum JointWeights {
+pub(crate) enum JointWeights {
     /// The inverse of their covariance.
     Covariance,
     /// The same as if what wanders were new in every reading.

@@ -24,7 +24,7 @@ const ROUNDING: f64 = 1e-6;
 
 /// A cause or two, as positions in [`Screened::visible`].
 #[derive(Debug, Clone, PartialEq)]
-pub struct Candidate {
+pub(crate) struct Candidate {
     /// Positions.
     pub members: Vec<usize>,
     /// Best amplitudes, in the prior's scale.
@@ -50,7 +50,7 @@ pub struct Ground {
 
 /// Everything with its probability.
 #[derive(Debug, Clone)]
-pub struct Posterior {
+pub(crate) struct Posterior {
     /// Nothing is wrong.
     pub nothing: f64,
     /// Something that no cause explains.
@@ -78,7 +78,7 @@ pub fn prior(screened: &Screened, hypotheses: &[Hypothesis]) -> Vec<f64> {
 }
 
 /// Logarithm of the prior of one cause or two.
-pub fn prior_of(members: &[usize], prior: &[f64]) -> f64 {
+pub(crate) fn prior_of(members: &[usize], prior: &[f64]) -> f64 {
     match *members {
         [j] => (PRIORS[1] * prior[j]).ln(),
         [i, j] => (PRIORS[2] * 2.0 * prior[i] * prior[j]).ln(),
@@ -134,7 +134,7 @@ pub fn evidence(screened: &Screened, members: &[usize]) -> f64 {
 
 /// Probabilities from the linear model; pairs only where slopes serve for more than the first step, and none with a rarer law: beside
 /// another cause a law with a number of its own makes up for anything.
-pub fn posterior(screened: &Screened, prior: &[f64], ground: &Ground, with_pairs: bool) -> Posterior {
+pub(crate) fn posterior(screened: &Screened, prior: &[f64], ground: &Ground, with_pairs: bool) -> Posterior {
     let n = screened.visible.len();
     let beside_nothing = 0.5 * (ground.usual - ground.screen);
     let mut candidates: Vec<Candidate> = (0..n)
@@ -187,7 +187,7 @@ impl Posterior {
     }
 
     /// Makes probabilities of weights, and sorts.
-    pub fn normalise(&mut self) {
+    pub(crate) fn normalise(&mut self) {
         let mut weights = vec![PRIORS[0].ln(), self.something_else_weight];
         weights.extend(self.candidates.iter().map(|c| c.weight));
         let all = log_sum(&weights);

@@ -25,7 +25,7 @@ const DISTINCT: f64 = 0.01;
 
 /// The whitened residual beside whitened signatures.
 #[derive(Debug, Clone)]
-pub struct Screened {
+pub(crate) struct Screened {
     /// Whitened residual.
     pub residual: Vec<f64>,
     /// Hypotheses that can show, as indices into the catalogue.
@@ -55,7 +55,7 @@ pub struct Screened {
 
 /// The residual with two sensors swapped.
 #[derive(Debug, Clone)]
-pub struct Relabelled {
+pub(crate) struct Relabelled {
     /// Its whitened misfit.
     pub misfit: f64,
     /// Scalar products of all signatures with it.
@@ -96,12 +96,12 @@ impl Screened {
     }
 
     /// The same with rarer laws, and from how many each was chosen.
-    pub fn with_rare(self, is_rare: Vec<bool>, chosen_from: Vec<f64>) -> Self {
+    pub(crate) fn with_rare(self, is_rare: Vec<bool>, chosen_from: Vec<f64>) -> Self {
         Self { is_rare, chosen_from, ..self }
     }
 
     /// The same with amplitudes whose priors have tails.
-    pub fn with_tails(self, has_tails: Vec<bool>) -> Self {
+    pub(crate) fn with_tails(self, has_tails: Vec<bool>) -> Self {
         Self { has_tails, ..self }
     }
 
@@ -122,7 +122,7 @@ impl Screened {
     }
 
     /// Finds the scalar products of all pairs: of many they are found faster together.
-    pub fn find_products(&self) {
+    pub(crate) fn find_products(&self) {
         self.gram.get_or_init(|| gram(&self.columns));
     }
 
@@ -145,7 +145,7 @@ impl Screened {
     }
 
     /// The misfit that a cause takes away of a residual along which its signature's product is `b`, and the signature's own square `g`.
-    pub fn taken_away(&self, j: usize, g: f64, b: f64) -> f64 {
+    pub(crate) fn taken_away(&self, j: usize, g: f64, b: f64) -> f64 {
         self.best_amplitude(j, g, b).1
     }
 
@@ -180,7 +180,7 @@ impl Screened {
 
     /// What two could take away together if amplitudes had neither sense nor end: no less than [`Screened::pair`], nor than twice the
     /// logarithm of their evidence.
-    pub fn pair_at_most(&self, i: usize, j: usize) -> f64 {
+    pub(crate) fn pair_at_most(&self, i: usize, j: usize) -> f64 {
         let beside = |left: &Relabelled, free: usize| self.misfit() - left.misfit + left.along[free].powi(2) / self.squares[free];
         let (a, b, c) = (self.squares[i], self.product(i, j), self.squares[j]);
         let (x, y) = (self.along[i], self.along[j]);
@@ -194,7 +194,7 @@ impl Screened {
 
     /// The same of two that have amplitudes, of a residual along which their signatures' products are `along`; squares of the signatures
     /// and between them their product.
-    pub fn pair_beside(&self, [i, j]: [usize; 2], (a, b, c): (f64, f64, f64), along: [f64; 2]) -> ([f64; 2], f64) {
+    pub(crate) fn pair_beside(&self, [i, j]: [usize; 2], (a, b, c): (f64, f64, f64), along: [f64; 2]) -> ([f64; 2], f64) {
         let determinant = a * c - b * b;
         if determinant < LEAST_DETERMINANT * a * c {
             return ([0.0; 2], 0.0);
@@ -263,7 +263,7 @@ impl Screened {
 
     /// Probability that pure noise lets some hypothesis take away as much as the best one does of what fitted causes leave: `left` and
     /// their slopes, both whitened as this screen is. Bonferroni's bound over all hypotheses; those without an amplitude are not tried.
-    pub fn look_beside(&self, members: &[usize], left: &[f64], slopes: &[Vec<f64>]) -> f64 {
+    pub(crate) fn look_beside(&self, members: &[usize], left: &[f64], slopes: &[Vec<f64>]) -> f64 {
         let mut own: Vec<DVector<f64>> = Vec::new();
         for slope in slopes {
             let slope = DVector::from_column_slice(slope);

@@ -28,7 +28,7 @@ const MESH_TOLERANCE: f64 = 0.1;
 
 /// Data and one machine.
 #[derive(Debug, Clone)]
-pub struct Comparison {
+pub(crate) struct Comparison {
     /// Predictions, residual (less the mesh's share) and signatures of the catalogue it was made with.
     pub found: Signatures,
     /// What an endlessly fine mesh changes, K.
@@ -155,7 +155,7 @@ pub(super) fn square(predicted: &[f64], problem: &Problem) -> f64 {
 }
 
 /// Exchanged readings take what a finer mesh changes at each other's place.
-pub fn add_mesh_share(catalogue: &[Hypothesis], columns: &mut [Vec<f64>], mesh: &[f64], places: &[(usize, usize)]) {
+pub(crate) fn add_mesh_share(catalogue: &[Hypothesis], columns: &mut [Vec<f64>], mesh: &[f64], places: &[(usize, usize)]) {
     for (h, column) in catalogue.iter().zip(columns) {
         let Some(from) = h.relabelled(places) else { continue };
         column.iter_mut().zip(from).enumerate().for_each(|(i, (c, other))| *c += mesh[other] - mesh[i]);
@@ -163,7 +163,7 @@ pub fn add_mesh_share(catalogue: &[Hypothesis], columns: &mut [Vec<f64>], mesh: 
 }
 
 /// Input of a screen: the residual, K; the signature of every hypothesis, K per unit; the whitening; row and sensor of every reading.
-pub struct ScreenInput<'a> {
+pub(crate) struct ScreenInput<'a> {
     /// K
     pub residual: &'a [f64],
     /// One per hypothesis.
@@ -184,7 +184,7 @@ impl ScreenInput<'_> {
     }
 
     /// The screen of given hypotheses.
-    pub fn screen_of(&self, visible: &[usize]) -> Screened {
+    pub(crate) fn screen_of(&self, visible: &[usize]) -> Screened {
         self.of_visible(visible.to_vec(), &scaled(self.columns, self.whitener, self.catalogue))
     }
 
@@ -239,7 +239,7 @@ fn bends(problem: &Problem, study: &Study, catalogue: &[Hypothesis], scales: &Sc
 }
 
 /// What the common factors of films, heats and emissivities leave open in every reading, K.
-pub fn open_factors(discrepancy: &Discrepancy, catalogue: &[Hypothesis], columns: &[Vec<f64>], readings: usize) -> Vec<Vec<f64>> {
+pub(crate) fn open_factors(discrepancy: &Discrepancy, catalogue: &[Hypothesis], columns: &[Vec<f64>], readings: usize) -> Vec<Vec<f64>> {
     let of = |factor: &CommonFactor| {
         let mut sum = vec![0.0; readings];
         for (_, column) in catalogue.iter().zip(columns).filter(|(h, _)| h.common_factor() == Some(*factor)) {

@@ -10,9 +10,9 @@ use coldplate_describe::machine::{Condition, DescribedVariable};
 use coldplate_evidence::measurement::{Data, TIME};
 
 /// Number of the test, from 1 in the order of the data; 0 elsewhere.
-pub const TEST_NUMBER: &str = "test_number";
+pub(crate) const TEST_NUMBER: &str = "test_number";
 /// Behind the name of a variable: 1 where it has come down to its value, 0 where it has risen, or has not moved yet.
-pub const FALLEN: &str = "_fallen";
+pub(crate) const FALLEN: &str = "_fallen";
 
 /// Most tests among which one may be another than the rest.
 const MOST_TESTS: usize = 40;
@@ -25,7 +25,7 @@ const WITHOUT_MEMORY: [&str; 3] = [COOLANT_FLOW, COOLANT_TEMPERATURE, AMBIENT_TE
 
 /// A variable that is added.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Added {
+pub(crate) struct Added {
     /// Its name.
     pub name: String,
     /// Its declaration in the machine file, as TOML.
@@ -70,7 +70,7 @@ impl Added {
     }
 
     /// Whether it is the number of the test.
-    pub fn is_test_number(&self) -> bool {
+    pub(crate) fn is_test_number(&self) -> bool {
         self.name == TEST_NUMBER
     }
 

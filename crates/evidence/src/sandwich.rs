@@ -54,7 +54,7 @@ fn gram(a: &[Vec<f64>], b: &[Vec<f64>]) -> DMatrix<f64> {
 
 /// Inverse of a symmetric matrix, scaled to a unit diagonal. Eigenvalues below 1e-12 count as 1e-12, so that directions without
 /// information get a very large variance.
-pub fn pseudo_inverse(matrix: &DMatrix<f64>) -> DMatrix<f64> {
+pub(crate) fn pseudo_inverse(matrix: &DMatrix<f64>) -> DMatrix<f64> {
     if matrix.is_empty() {
         return matrix.clone();
     }

@@ -242,7 +242,7 @@ impl Schedule {
     }
 
     /// The condition at the end of the schedule: that at the end of the last stretch with a duration.
-    pub fn last_condition(&self) -> Condition {
+    pub(crate) fn last_condition(&self) -> Condition {
         match self.segments().filter(|s| s.until > s.from).last() {
             Some(segment) => self.condition(segment, segment.until),
             None => self.stated(self.rows.len() - 1),

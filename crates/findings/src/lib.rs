@@ -213,7 +213,7 @@ pub fn words(explanation: &Explanation) -> String {
 }
 
 /// An explanation in words.
-pub fn own_words(explanation: &Explanation) -> String {
+pub(crate) fn own_words(explanation: &Explanation) -> String {
     explanation.causes.iter().map(sentence).collect::<Vec<_>>().join("; and ")
 }
 

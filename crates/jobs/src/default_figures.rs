@@ -17,7 +17,7 @@ use coldplate_tables::Table;
 ///
 /// # Errors
 /// The surrogate cannot be queried, or a file cannot be written.
-pub fn draw_surrogate(
+pub(crate) fn draw_surrogate(
     gallery: &mut Gallery,
     surrogate: &Surrogate<'_>,
     comparison: &TableComparison,

@@ -22,7 +22,7 @@ pub struct FittedDesigns {
 }
 
 /// Groups of one varied variable: the paper's one-factor sweeps.
-pub fn is_one_factor(group: &ConditionGroup) -> bool {
+pub(crate) fn is_one_factor(group: &ConditionGroup) -> bool {
     group.purpose == Purpose::Fit && group.varied.len() == 1
 }
 
@@ -37,7 +37,7 @@ pub fn rows_of(table: &Table, plan: &Plan, keep: impl Fn(&ConditionGroup) -> boo
 
 /// The tables of a sweep.
 #[derive(Debug, Clone)]
-pub struct DesignTables {
+pub(crate) struct DesignTables {
     /// Conditions to be fitted.
     pub fitted: Table,
     /// Held-out conditions, if there are any.
@@ -60,7 +60,7 @@ impl From<&Swept> for DesignTables {
 ///
 /// # Errors
 /// Errors of [`fitting::fit_table`].
-pub fn fit_designs(
+pub(crate) fn fit_designs(
     plan: &Plan,
     scope: &Scope,
     swept: &DesignTables,
@@ -91,7 +91,7 @@ pub fn fit_designs(
 }
 
 /// Settings of the fit, as a sweep file states them.
-pub fn fit_options(keys: FitKeys) -> FitOptions {
+pub(crate) fn fit_options(keys: FitKeys) -> FitOptions {
     let usual = FitOptions::default();
     FitOptions {
         max_degree: keys.max_degree.unwrap_or(usual.max_degree),
@@ -102,7 +102,7 @@ pub fn fit_options(keys: FitKeys) -> FitOptions {
 }
 
 /// The one-factor sweeps of a plan, each with its rows.
-pub fn one_factor_tables<'a>(plan: &'a Plan, table: &Table) -> Vec<(&'a ConditionGroup, Table)> {
+pub(crate) fn one_factor_tables<'a>(plan: &'a Plan, table: &Table) -> Vec<(&'a ConditionGroup, Table)> {
     plan.groups.iter().filter(|g| is_one_factor(g)).map(|g| (g, rows_of(table, plan, |other| other.name == g.name))).collect()
 }
 

@@ -288,7 +288,7 @@ impl TableComparison {
 }
 
 /// The point with the largest error on conditions the fit has not seen; the first where nothing was compared.
-pub fn worst_point(surrogate: &Surrogate<'_>, comparison: &TableComparison) -> Option<usize> {
+pub(crate) fn worst_point(surrogate: &Surrogate<'_>, comparison: &TableComparison) -> Option<usize> {
     let error = |p: usize| comparison.held_out_errors(p, 0.0).map_or(0.0, |e| e.0);
     (0..surrogate.point_count()).rev().max_by(|a, b| error(*a).total_cmp(&error(*b)))
 }

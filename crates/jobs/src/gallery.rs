@@ -19,8 +19,6 @@ pub struct Gallery {
 pub struct GalleryEntry {
     /// Topic that the figure belongs to.
     pub topic: &'static str,
-    /// Title of the figure.
-    pub title: String,
     /// The SVG document.
     pub svg: String,
     files: Vec<PathBuf>,
@@ -44,7 +42,7 @@ impl Gallery {
         let name = self.free_name(name);
         let written = draw(self.folder.join(name), figure)?;
         let svg = to_svg_string(figure)?;
-        self.entries.push(GalleryEntry { topic, title: figure.title().to_string(), svg, files: vec![written.svg, written.png] });
+        self.entries.push(GalleryEntry { topic, svg, files: vec![written.svg, written.png] });
         Ok(())
     }
 

@@ -76,21 +76,21 @@ pub fn harmonic_mean(k1: f64, k2: f64) -> f64 {
 ///
 /// Range: 1e-6 <= p/H <= 2.3e-2, conforming bead-blasted or lapped surfaces; +-20..50 %.
 /// Source: Cooper, Mikic and Yovanovich, Int. J. Heat Mass Transfer 12 (1969) 279; Yovanovich (1981).
-pub fn plastic_spots(conductivity: f64, slope: f64, roughness: f64, pressure_over_hardness: f64) -> f64 {
+pub(crate) fn plastic_spots(conductivity: f64, slope: f64, roughness: f64, pressure_over_hardness: f64) -> f64 {
     1.25 * conductivity * slope / roughness * pressure_over_hardness.powf(0.95)
 }
 
 /// Solid-spot conductance of elastic asperities, W/(m² K): h = 1.55 k_s (m/sigma) (2^(1/2) p/(E' m))^0.94.
 ///
 /// Source: Mikic, Int. J. Heat Mass Transfer 17 (1974) 205. For polished or once-loaded hard surfaces.
-pub fn elastic_spots(conductivity: f64, slope: f64, roughness: f64, pressure_over_modulus: f64) -> f64 {
+pub(crate) fn elastic_spots(conductivity: f64, slope: f64, roughness: f64, pressure_over_modulus: f64) -> f64 {
     1.55 * conductivity * slope / roughness * (std::f64::consts::SQRT_2 * pressure_over_modulus / slope).powf(0.94)
 }
 
 /// Mean distance between the surfaces, m: Y = 1.53 sigma (p/H)^-0.097.
 ///
 /// Range: 1e-5 <= p/H <= 2e-2. Source: Yovanovich (1981), AIAA 86-1164.
-pub fn mean_gap(roughness: f64, pressure_over_hardness: f64) -> f64 {
+pub(crate) fn mean_gap(roughness: f64, pressure_over_hardness: f64) -> f64 {
     1.53 * roughness * pressure_over_hardness.powf(-0.097)
 }
 

@@ -53,7 +53,7 @@ pub fn cylinder_to_itself(radius: f64, length: f64) -> f64 {
 }
 
 /// A rectangle's extent along one axis: low and high, m.
-pub type RectangleExtent = (f64, f64);
+pub(crate) type RectangleExtent = (f64, f64);
 
 /// View factor from one rectangle to another in a parallel plane at `distance`. The sides lie along the same two axes,
 /// anywhere on them: extents of the first, then of the second (C-13; A. Ehlert and T. F. Smith, J. Thermophys. Heat

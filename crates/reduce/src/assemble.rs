@@ -35,7 +35,7 @@ const CUTOFF: f64 = 1e-7;
 
 /// A solved state with the numbers that training needs of it.
 #[derive(Debug, Clone)]
-pub struct Snapshot {
+pub(crate) struct Snapshot {
     /// Temperatures of the solids less those of the middle, K; zero at held nodes.
     pub rise: Vec<f64>,
     /// The conductors of [`NetworkParts::rest`] at the temperatures of the middle.
@@ -77,7 +77,7 @@ impl Snapshot {
 
 /// Parts that reduced networks are assembled from.
 #[derive(Debug)]
-pub struct Assembly<'a> {
+pub(crate) struct Assembly<'a> {
     /// The full network and its parts.
     pub network: &'a Network,
     /// See `network`.
@@ -92,7 +92,7 @@ pub struct Assembly<'a> {
 
 /// Accuracy with which a reduced network samples conductors and stations, which modes alone do not reduce.
 #[derive(Debug, Clone, Copy)]
-pub struct Sampling {
+pub(crate) struct Sampling {
     /// Residual that the sampled conductors may leave, as a share of the deviations of all conductors from their
     /// tangents.
     pub tolerance: f64,

@@ -8,7 +8,7 @@ use coldplate_solve::csr::dot;
 
 /// Modes in the order of their energy, the largest first.
 #[derive(Debug, Clone)]
-pub struct ModeBasis {
+pub(crate) struct ModeBasis {
     /// Modes at all solid nodes, K, of norm one: a vector per mode.
     pub modes: Vec<Vec<f64>>,
 }

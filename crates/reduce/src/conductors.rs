@@ -7,7 +7,7 @@ use coldplate_physics::radiation::SIGMA;
 
 /// A conductor at given temperatures.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Conductor {
+pub(crate) struct Conductor {
     /// Heat from its first end to its second, or to the outside, W.
     pub heat: f64,
     /// Derivative of the heat with respect to the temperature at the first end, W/K.

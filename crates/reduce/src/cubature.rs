@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 /// Chosen conductors and their weights.
 #[derive(Debug, Clone, Default)]
-pub struct Cubature {
+pub(crate) struct Cubature {
     /// Indices of the chosen conductors.
     pub chosen: Vec<usize>,
     /// Weight of each.

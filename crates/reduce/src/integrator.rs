@@ -119,7 +119,7 @@ pub type Path = Vec<(f64, Vec<f64>)>;
 type LoadAt<'l> = dyn Fn(f64) -> Result<Load> + 'l;
 
 /// State of a reduced network at one instant of a run.
-pub struct Motion<'a> {
+pub(crate) struct Motion<'a> {
     level: &'a ReducedNetwork,
     network: &'a Network,
     /// Error allowed in a step, K.
@@ -158,7 +158,7 @@ impl<'a> Motion<'a> {
     }
 
     /// A run that begins with one temperature (K) everywhere; `amplitudes` are those of that temperature.
-    pub fn from_uniform(
+    pub(crate) fn from_uniform(
         level: &'a ReducedNetwork,
         load: &Load,
         amplitudes: DVector<f64>,

@@ -12,7 +12,7 @@ use coldplate_solve::residual;
 
 /// The parts of a network, all with its nodes.
 #[derive(Debug)]
-pub struct NetworkParts {
+pub(crate) struct NetworkParts {
     /// Linear conduction that is the same at every condition.
     pub plain: Network,
     /// Sources, in the network's order; the shares are empty if the power follows the temperature.

@@ -137,7 +137,7 @@ impl<'a> Tangent<'a> {
     ///
     /// # Errors
     /// Errors of [`Tangent::solve`].
-    pub fn solve_within(&self, b: &[f64], aim: f64) -> Result<Vec<f64>> {
+    pub(crate) fn solve_within(&self, b: &[f64], aim: f64) -> Result<Vec<f64>> {
         let mut work = self.multigrid.workspace();
         self.solved(self, b, aim, |r, z| downstream(self.network, &self.streams, &self.multigrid, r, z, &mut work))
     }
@@ -154,7 +154,7 @@ impl<'a> Tangent<'a> {
     ///
     /// # Errors
     /// Errors of [`Tangent::solve`].
-    pub fn solve_transposed_within(&self, b: &[f64], aim: f64) -> Result<Vec<f64>> {
+    pub(crate) fn solve_transposed_within(&self, b: &[f64], aim: f64) -> Result<Vec<f64>> {
         let mut work = self.multigrid.workspace();
         self.solved(&Transposed(self), b, aim, |r, z| upstream(self.network, &self.streams, &self.multigrid, r, z, &mut work))
     }

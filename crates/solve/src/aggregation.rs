@@ -15,7 +15,7 @@ fn is_strong(v: f64, di: f64, dj: f64, theta: f64) -> bool {
 }
 
 /// Aggregate of each node, and the number of aggregates.
-pub fn aggregates(matrix: &Csr, diagonal: &[f64], theta: f64) -> (Vec<u32>, usize) {
+pub(crate) fn aggregates(matrix: &Csr, diagonal: &[f64], theta: f64) -> (Vec<u32>, usize) {
     let n = matrix.rows();
     let mut aggregate = vec![NOWHERE; n];
     let mut count = 0u32;
@@ -76,7 +76,7 @@ pub fn aggregates(matrix: &Csr, diagonal: &[f64], theta: f64) -> (Vec<u32>, usiz
 }
 
 /// P = (I - w D^-1 A_F) P_0, with weak couplings of A lumped into the diagonal of A_F.
-pub fn smoothed_prolongation(matrix: &Csr, diagonal: &[f64], aggregate: &[u32], count: usize, theta: f64) -> Csr {
+pub(crate) fn smoothed_prolongation(matrix: &Csr, diagonal: &[f64], aggregate: &[u32], count: usize, theta: f64) -> Csr {
     let n = matrix.rows();
     let mut prolongation = Csr { columns: count, starts: Vec::with_capacity(n + 1), cols: Vec::new(), values: Vec::new() };
     prolongation.starts.push(0);

@@ -24,7 +24,7 @@ const ROWS: usize = 60_000;
 
 /// Known states, as differences from a reference state, K.
 #[derive(Debug, Clone, Default)]
-pub struct Anchors {
+pub(crate) struct Anchors {
     differences: Vec<Vec<f32>>,
     /// Weight of each node's residual: one over the root of its coefficients, (W/K)^-½, so that the square of a weighed residual is an
     /// energy. Unweighed, water with its large coefficients would count for more than a weakly bound part.
@@ -59,7 +59,7 @@ impl Anchors {
     }
 
     /// Products of a linearised network's matrix with the known differences; in a large network of some strips of its rows alone.
-    pub fn seen_by(&self, jacobian: &Jacobian<'_>) -> Combination<'_> {
+    pub(crate) fn seen_by(&self, jacobian: &Jacobian<'_>) -> Combination<'_> {
         let (m, rows) = (self.differences.len(), self.weights.len());
         let strips: Vec<usize> = (0..rows).step_by(STRIP * (rows / ROWS).max(1)).collect();
         let mut wide = vec![0.0; rows];
@@ -99,7 +99,7 @@ fn product(a: &Strips, b: &Strips) -> f64 {
 }
 
 /// Known states, each with the residual (W) that it adds in a linearised network.
-pub struct Combination<'a> {
+pub(crate) struct Combination<'a> {
     anchors: &'a Anchors,
     strips: Vec<usize>,
     images: Vec<Strips>,

@@ -38,7 +38,13 @@ pub fn balance(network: &Network, load: &Load, streams: &[StreamState], temperat
 }
 
 /// The balance at given temperatures, with known states of the surfaces.
-pub fn balance_with(network: &Network, load: &Load, streams: &[StreamState], temperatures: &[f64], surfaces: &[SurfaceState]) -> Balance {
+pub(crate) fn balance_with(
+    network: &Network,
+    load: &Load,
+    streams: &[StreamState],
+    temperatures: &[f64],
+    surfaces: &[SurfaceState],
+) -> Balance {
     let mut found = Balance {
         sources: network.sources.iter().zip(&load.powers).map(|(s, p)| s.total(*p, temperatures)).collect(),
         boundaries: vec![0.0; load.boundaries.len()],

@@ -12,7 +12,7 @@ pub const CHUNK: usize = 8192;
 
 /// A square or rectangular sparse matrix; columns ascend within each row.
 #[derive(Debug, Clone, Default)]
-pub struct Csr<T = f64> {
+pub(crate) struct Csr<T = f64> {
     /// Number of columns.
     pub columns: usize,
     /// Start of each row in `cols` and `values`, and the end of the last: `rows() + 1` entries.
@@ -77,7 +77,7 @@ impl<T: BlockReal> Csr<T> {
 
 impl Csr {
     /// This matrix in single precision.
-    pub fn to_single(&self) -> Csr<f32> {
+    pub(crate) fn to_single(&self) -> Csr<f32> {
         let values = self.values.iter().map(|v| *v as f32).collect();
         Csr { columns: self.columns, starts: self.starts.clone(), cols: self.cols.clone(), values }
     }
@@ -121,7 +121,7 @@ impl Csr {
     }
 
     /// A matrix of consecutive pieces: lengths of rows, columns and values.
-    pub fn from_chunks(columns: usize, chunks: Vec<(Vec<usize>, Vec<u32>, Vec<f64>)>) -> Self {
+    pub(crate) fn from_chunks(columns: usize, chunks: Vec<(Vec<usize>, Vec<u32>, Vec<f64>)>) -> Self {
         let mut found = Self { columns, starts: vec![0], cols: Vec::new(), values: Vec::new() };
         let total = chunks.iter().map(|(_, c, _)| c.len()).sum();
         found.cols.reserve_exact(total);
@@ -161,7 +161,7 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// Scalar product of two short vectors, in eight interleaved sums that the processor can form side by side.
-pub fn dot_chunk<T: Copy + Into<f64>>(a: &[T], b: &[f64]) -> f64 {
+pub(crate) fn dot_chunk<T: Copy + Into<f64>>(a: &[T], b: &[f64]) -> f64 {
     let mut sums = [0.0f64; 8];
     let (whole_a, whole_b) = (a.chunks_exact(8), b.chunks_exact(8));
     let left: f64 = whole_a.remainder().iter().zip(whole_b.remainder()).map(|(a, b)| (*a).into() * b).sum();
@@ -179,7 +179,7 @@ pub fn norm(a: &[f64]) -> f64 {
 }
 
 /// y += a x
-pub fn add_scaled(y: &mut [f64], a: f64, x: &[f64]) {
+pub(crate) fn add_scaled(y: &mut [f64], a: f64, x: &[f64]) {
     for_chunks(y, |first, part| {
         let n = part.len();
         part.iter_mut().zip(&x[first..first + n]).for_each(|(y, x)| *y += a * x);

@@ -15,7 +15,7 @@ const MOST_KNOWN: usize = 8;
 
 /// A matrix, and its decompositions.
 #[derive(Debug, Clone)]
-pub struct Direct {
+pub(crate) struct Direct {
     matrix: Csr,
     /// Heat capacity by row, J/K.
     capacity: Vec<f64>,

@@ -60,7 +60,7 @@ impl<'a> Jacobian<'a> {
     }
 
     /// The transposed operator.
-    pub fn transposed(&self) -> Self {
+    pub(crate) fn transposed(&self) -> Self {
         Self { rest: self.rest.transposed(self.rows()), is_transposed: !self.is_transposed, ..self.clone() }
     }
 
@@ -133,7 +133,7 @@ impl<T: BlockReal> SparseRows<T> {
     }
 
     /// The rows of entries (row, column, value); entries at one place add up.
-    pub fn of_entries(mut entries: Vec<(u32, u32, T)>) -> Self {
+    pub(crate) fn of_entries(mut entries: Vec<(u32, u32, T)>) -> Self {
         entries.par_sort_by_key(|(row, column, _)| (*row, *column));
         let mut found = Self { rows: Vec::new(), starts: Vec::new(), cols: Vec::with_capacity(entries.len()), values: Vec::new() };
         let mut last = None;

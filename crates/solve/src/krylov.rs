@@ -54,7 +54,7 @@ pub struct KrylovResult {
 
 impl KrylovResult {
     /// Whether Newton's method cannot go on with the result. A step with a tenth of the residual left still helps.
-    pub fn is_useless(&self) -> bool {
+    pub(crate) fn is_useless(&self) -> bool {
         self.status != Status::Converged && self.relative_residual > 0.1
     }
 
@@ -160,7 +160,7 @@ pub fn conjugate_gradients(
 }
 
 /// Orthonormal vectors of one cycle of [`gmres`], from which its correction of the solution is combined.
-pub trait KrylovBasis: Default {
+pub(crate) trait KrylovBasis: Default {
     /// Vectors after which GMRES begins anew, a count.
     const RESTART: usize;
     /// Least ratio of the residuals after and before one cycle, dimensionless: below it the recursive residual is no longer the true
@@ -194,7 +194,7 @@ pub struct Scratch<B> {
 
 /// Stopping rule of [`gmres`].
 #[derive(Debug, Clone, Copy)]
-pub struct Stopping {
+pub(crate) struct Stopping {
     /// Relative residual aimed at, dimensionless.
     pub tolerance: f64,
     /// Relative residual at which the iteration ends once a cycle no longer halves the residual, dimensionless.
@@ -205,7 +205,7 @@ pub struct Stopping {
 
 /// Restarted GMRES with right preconditioning, from zero (Saad, Iterative Methods, alg. 9.5). Each cycle begins with the true residual,
 /// so that the solution is as accurate as the tolerance asks in any precision of the basis.
-pub fn gmres<B: KrylovBasis>(
+pub(crate) fn gmres<B: KrylovBasis>(
     matrix: &impl Operator,
     b: &[f64],
     x: &mut [f64],
@@ -254,7 +254,7 @@ pub fn gmres<B: KrylovBasis>(
 /// Basis in double precision, orthogonalised vector by vector, for solves to rounding. Images are left out: the preconditioner acts once
 /// more on the combination of each cycle.
 #[derive(Debug, Default)]
-pub struct DoubleBasis(Vec<Vec<f64>>);
+pub(crate) struct DoubleBasis(Vec<Vec<f64>>);
 
 impl KrylovBasis for DoubleBasis {
     /// Chosen: memory against iterations.
@@ -296,7 +296,7 @@ impl KrylovBasis for DoubleBasis {
 /// from one to the next (flexible GMRES: Saad, SIAM Journal on Scientific Computing 14 (1993) 461). Products are formed in double
 /// precision with exactly the vectors kept.
 #[derive(Debug, Default)]
-pub struct SingleBasis {
+pub(crate) struct SingleBasis {
     vectors: Vec<Vec<f32>>,
     images: Vec<Vec<f32>>,
     /// Memory of earlier cycles.

@@ -10,7 +10,7 @@ const ROOM: f64 = 300.0;
 
 /// The connected pieces of a network's solids.
 #[derive(Debug, Clone)]
-pub struct ConnectedPieces {
+pub(crate) struct ConnectedPieces {
     /// Piece of every solid node, by one of its nodes.
     of: Vec<u32>,
 }
@@ -65,7 +65,7 @@ impl ConnectedPieces {
     }
 
     /// Names of the parts and nodes that nothing leads heat away from, at any condition.
-    pub fn shut(&self, network: &Network) -> Vec<String> {
+    pub(crate) fn shut(&self, network: &Network) -> Vec<String> {
         let open = self.outlets(network, None);
         self.names(network, |piece| !open[piece as usize])
     }

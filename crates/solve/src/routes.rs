@@ -38,7 +38,7 @@ pub struct Route {
 
 /// Net heat between any two stops, in the order of the stops. A route begins at water, wall or boundary if heat comes out of it. Nodes
 /// that belong to no part (faces between parts) pass on the heat they get and are no stops.
-pub fn heat_routes(network: &Network, load: &Load, streams: &[StreamState], temperatures: &[f64]) -> Vec<Route> {
+pub(crate) fn heat_routes(network: &Network, load: &Load, streams: &[StreamState], temperatures: &[f64]) -> Vec<Route> {
     let mut net: BTreeMap<(RouteEnd, RouteEnd), f64> = BTreeMap::new();
     let mut add = |a: RouteEnd, b: RouteEnd, watts: f64| {
         if a < b {

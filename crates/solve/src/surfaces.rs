@@ -23,7 +23,7 @@ impl SurfaceStates {
     }
 
     /// States at other temperatures, in the memory of these.
-    pub fn renew(&mut self, network: &Network, load: &Load, temperatures: &[f64]) {
+    pub(crate) fn renew(&mut self, network: &Network, load: &Load, temperatures: &[f64]) {
         let of_joint = |joint: &Joint| {
             let (ta, tb) = network.joint_ends(joint, temperatures);
             (network.joint_state(joint, ta, tb, &load.contacts), ta - tb)
@@ -35,7 +35,7 @@ impl SurfaceStates {
 }
 
 /// State of every surface at given temperatures, in the network's order.
-pub fn surface_states(network: &Network, load: &Load, temperatures: &[f64]) -> Vec<SurfaceState> {
+pub(crate) fn surface_states(network: &Network, load: &Load, temperatures: &[f64]) -> Vec<SurfaceState> {
     let state = |s: &Surface| s.state(temperatures[s.node as usize], &network.properties, load);
     network.surfaces.par_iter().with_min_len(CHUNK).map(state).collect()
 }

@@ -121,7 +121,7 @@ impl System {
     }
 
     /// Jacobian of the residual with known states of surfaces and joints.
-    pub fn jacobian_with<'a>(
+    pub(crate) fn jacobian_with<'a>(
         &self,
         network: &'a Network,
         load: &Load,
@@ -135,7 +135,7 @@ impl System {
     }
 
     /// Jacobian of the residual, written into the memory of another one.
-    pub fn renew<'a>(
+    pub(crate) fn renew<'a>(
         &self,
         matrix: &mut Jacobian<'a>,
         network: &'a Network,
@@ -226,7 +226,7 @@ impl System {
     }
 
     /// Residual with known states of surfaces and joints, W.
-    pub fn residual_with(
+    pub(crate) fn residual_with(
         &self,
         network: &Network,
         load: &Load,
@@ -240,7 +240,7 @@ impl System {
     }
 
     /// Residual with known states of surfaces and joints, W, in the memory of a given vector.
-    pub fn residual_in(
+    pub(crate) fn residual_in(
         &self,
         residual: &mut Vec<f64>,
         network: &Network,

@@ -17,7 +17,7 @@ const WEAK_AXIS: f64 = 0.1;
 
 /// Interpolation from coarse to fine values and back.
 #[derive(Debug, Clone)]
-pub struct Transfer {
+pub(crate) struct Transfer {
     blocks: Vec<BlockTransfer>,
     /// Fine nodes outside blocks; their coarse numbers follow those of the blocks.
     others: Vec<u32>,
@@ -185,12 +185,12 @@ impl Transfer {
     }
 
     /// The coarse blocks, and the conductance between neighbours along each of their axes, as [`Transfer::new`] takes it.
-    pub fn coarse_blocks(&self) -> (Vec<Block>, Vec<[[f64; 3]; 2]>) {
+    pub(crate) fn coarse_blocks(&self) -> (Vec<Block>, Vec<[[f64; 3]; 2]>) {
         self.blocks.iter().map(|t| (t.coarse.clone(), t.along)).unzip()
     }
 
     /// P as a matrix.
-    pub fn prolongation(&self) -> Csr {
+    pub(crate) fn prolongation(&self) -> Csr {
         let fine = self.blocks.iter().map(|t| t.fine.len()).sum::<usize>() + self.others.len();
         let mut rows: Vec<Vec<(u32, f64)>> = vec![Vec::new(); fine];
         for t in &self.blocks {
@@ -223,7 +223,7 @@ impl Transfer {
     }
 
     /// x += P e
-    pub fn prolong(&self, e: &[f32], x: &mut [f32]) {
+    pub(crate) fn prolong(&self, e: &[f32], x: &mut [f32]) {
         for_chunks(x, |first, part| {
             let range = first..first + part.len();
             let mut line = Vec::new();
@@ -256,7 +256,7 @@ impl Transfer {
     }
 
     /// b = P' r
-    pub fn restrict(&self, r: &[f32], b: &mut [f32]) {
+    pub(crate) fn restrict(&self, r: &[f32], b: &mut [f32]) {
         for_chunks(b, |first, part| {
             let range = first..first + part.len();
             let mut line = Vec::new();
@@ -305,7 +305,7 @@ impl Transfer {
     }
 
     /// The coarse matrix.
-    pub fn galerkin(&self, matrix: &Symmetric) -> Csr {
+    pub(crate) fn galerkin(&self, matrix: &Symmetric) -> Csr {
         let to_given = self.lump(&matrix.to_given);
         let mut joined = self.coarse_couplings(&matrix.couplings);
         joined.par_sort_by_key(|(i, j, _)| (*i, *j));

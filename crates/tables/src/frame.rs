@@ -16,7 +16,7 @@ use polars_io::parquet::write::{KeyValueMetadata, ParquetWriter};
 
 /// Content of a file.
 #[derive(Debug, Clone, Default)]
-pub struct ParquetContent {
+pub(crate) struct ParquetContent {
     /// Text columns in the order of the file; a null is an empty text.
     pub texts: Vec<(String, Vec<String>)>,
     /// Number columns in the order of the file; a null is NaN.
@@ -27,7 +27,7 @@ pub struct ParquetContent {
 
 /// Reason why a file could not be written or read.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct ParquetFailure(String);
+pub(crate) struct ParquetFailure(String);
 
 impl fmt::Display for ParquetFailure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -74,7 +74,7 @@ pub fn write_parquet(
 ///
 /// # Errors
 /// The file is not Parquet, is damaged, or has a column of another kind.
-pub fn read_parquet(bytes: Vec<u8>) -> Result<ParquetContent, ParquetFailure> {
+pub(crate) fn read_parquet(bytes: Vec<u8>) -> Result<ParquetContent, ParquetFailure> {
     // The decoder may panic on a damaged file: a panic inside it is reported as a damaged file.
     std::panic::catch_unwind(|| decode(bytes)).unwrap_or_else(|_| Err(ParquetFailure("the file is damaged".into())))
 }

@@ -114,7 +114,7 @@ pub struct Formula {
 /// The unit an expression's result has in a slot of this dimension.
 ///
 /// Units: degC, rpm, and SI for the rest: W, m3/s, W/(m2 K), W/m2, m/s ...
-pub fn slot_unit(dimension: Dimension) -> &'static str {
+pub(crate) fn slot_unit(dimension: Dimension) -> &'static str {
     match dimension {
         Dimension::TEMPERATURE => "degC",
         Dimension::ANGULAR_SPEED => "rpm",

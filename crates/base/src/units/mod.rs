@@ -107,11 +107,11 @@ impl Dimension {
     /// Pa s
     pub const VISCOSITY: Self = Self::of(-1, 1, -1, 0);
     /// A
-    pub const CURRENT: Self = Self { m: 0, kg: 0, s: 0, k: 0, a: 1, absolute: false };
+    pub(crate) const CURRENT: Self = Self { m: 0, kg: 0, s: 0, k: 0, a: 1, absolute: false };
     /// V
-    pub const VOLTAGE: Self = Self { m: 2, kg: 1, s: -3, k: 0, a: -1, absolute: false };
+    pub(crate) const VOLTAGE: Self = Self { m: 2, kg: 1, s: -3, k: 0, a: -1, absolute: false };
     /// Ω
-    pub const RESISTANCE: Self = Self { m: 2, kg: 1, s: -3, k: 0, a: -2, absolute: false };
+    pub(crate) const RESISTANCE: Self = Self { m: 2, kg: 1, s: -3, k: 0, a: -2, absolute: false };
 
     /// Whether the dimension is an absolute temperature, whose zero depends on the scale.
     pub const fn is_absolute(self) -> bool {
@@ -365,7 +365,7 @@ fn spaced(text: &str) -> String {
 
 /// Whether `text` is meant as a number with a unit: a number, then nothing or the first letter or sign of a unit. Every
 /// other text is an expression: `2 * pi`, `100 / 4`, `-(1 + x)`.
-pub fn is_quantity(text: &str) -> bool {
+pub(crate) fn is_quantity(text: &str) -> bool {
     let text = text.trim();
     let (number, suffix) = text.split_at(number_length(text));
     let is_unit = |c: char| c.is_alphabetic() || matches!(c, '°' | '%' | '1');

@@ -63,7 +63,7 @@ impl Cells {
     }
 
     /// The points of cell number `c`.
-    pub fn corners_of(&self, c: usize) -> &[usize] {
+    pub(crate) fn corners_of(&self, c: usize) -> &[usize] {
         let from = if c == 0 { 0 } else { self.ends[c - 1] };
         &self.corners[from..self.ends[c]]
     }

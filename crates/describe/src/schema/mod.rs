@@ -190,7 +190,7 @@ impl Key {
     }
 
     /// Sets the reach.
-    pub const fn reaching(mut self, reach: ChangeReach) -> Self {
+    pub(crate) const fn reaching(mut self, reach: ChangeReach) -> Self {
         self.reach = reach;
         self
     }

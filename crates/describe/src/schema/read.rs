@@ -22,7 +22,7 @@ impl Key {
     ///
     /// # Errors
     /// The value is no whole number or too small; it is not given and has no default.
-    pub fn read_whole(&self, section: &Section<'_>) -> Result<usize> {
+    pub(crate) fn read_whole(&self, section: &Section<'_>) -> Result<usize> {
         let least = if let ValueForm::Whole(least) = self.form { least } else { 0 };
         match (section.has(self.name), self.default) {
             (false, Unstated::Whole(default)) => Ok(default),
@@ -34,7 +34,7 @@ impl Key {
     ///
     /// # Errors
     /// The value is neither `true` nor `false`; it is not given and has no default.
-    pub fn read_flag(&self, section: &Section<'_>) -> Result<bool> {
+    pub(crate) fn read_flag(&self, section: &Section<'_>) -> Result<bool> {
         match (section.has(self.name), self.default) {
             (false, Unstated::Flag(default)) => Ok(default),
             _ => section.flag(self.name),
@@ -45,7 +45,7 @@ impl Key {
     ///
     /// # Errors
     /// The value is none of the words; it is not given and has no default.
-    pub fn read_word(&self, section: &Section<'_>) -> Result<usize> {
+    pub(crate) fn read_word(&self, section: &Section<'_>) -> Result<usize> {
         let words = if let ValueForm::Word(words) = self.form { words } else { &[] };
         match (section.has(self.name), self.default) {
             (false, Unstated::Text(default)) if words.contains(&default) => Ok(words.iter().position(|w| *w == default).unwrap_or(0)),

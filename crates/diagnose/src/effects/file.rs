@@ -20,7 +20,7 @@ pub const LEAST: f64 = 1e-9;
 pub type Lines = Option<Vec<(String, String)>>;
 
 /// An effect that is to be written into a machine file.
-pub struct MachineEdit<'a> {
+pub(crate) struct MachineEdit<'a> {
     /// The machine as its file has it.
     pub study: &'a Study,
     /// Where laws are one.
@@ -75,7 +75,7 @@ impl MachineEdit<'_> {
     }
 
     /// Name of a thing that is added.
-    pub fn added_name(&self, what: &str) -> String {
+    pub(crate) fn added_name(&self, what: &str) -> String {
         format!("{ADDED} {what}")
     }
 

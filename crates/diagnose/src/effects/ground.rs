@@ -52,7 +52,7 @@ impl<'a> Ground<'a> {
     }
 
     /// The fields that paths between groups are made of at given temperatures: see [`PathFields`].
-    pub fn path_fields(&self, temperatures: &[f64], free: impl Fn(u32) -> bool) -> PathFields {
+    pub(crate) fn path_fields(&self, temperatures: &[f64], free: impl Fn(u32) -> bool) -> PathFields {
         let groups = self.study.model.network.groups.len() as u32;
         let of = |g: u32| -> [Shares; POWERS] {
             let shares = self.joined(g);
@@ -74,7 +74,7 @@ const POWERS: usize = 5;
 
 /// How a path between two groups conducts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum PathLaw {
+pub(crate) enum PathLaw {
     /// A conductance: per W/K.
     Conductance,
     /// Black surfaces that see each other: per m² of exchange area.
@@ -104,7 +104,7 @@ impl PathLaw {
 /// node of its open faces times that power. A path takes from each node heat that is a polynomial of the node's temperature, so that it is
 /// a few of these fields, each with a coefficient, however many nodes it goes to.
 #[derive(Debug, Clone)]
-pub struct PathFields {
+pub(crate) struct PathFields {
     lumped: Vec<bool>,
     /// Sums over the nodes of each group, K to the power.
     sums: Vec<[f64; POWERS]>,
@@ -114,7 +114,7 @@ pub struct PathFields {
 
 impl PathFields {
     /// All of them.
-    pub fn into_fields(self) -> Vec<Shares> {
+    pub(crate) fn into_fields(self) -> Vec<Shares> {
         self.fields
     }
 

@@ -59,7 +59,7 @@ impl Form {
     }
 
     /// The same form with another number.
-    pub fn with_number(self, number: f64) -> Self {
+    pub(crate) fn with_number(self, number: f64) -> Self {
         let within = |least: u16, most: u16| number.round().clamp(f64::from(least), f64::from(most)) as u16;
         match self {
             Self::Power(_) => Self::Power(within(*EXPONENTS.start(), *EXPONENTS.end())),
@@ -69,7 +69,7 @@ impl Form {
     }
 
     /// Factor at a value of a count, which runs straight between two rows of a log; `None` of other forms.
-    pub fn at_count(self, value: f64) -> Option<f64> {
+    pub(crate) fn at_count(self, value: f64) -> Option<f64> {
         match self {
             Self::At(n) => Some((1.0 - (value - f64::from(n)).abs()).max(0.0)),
             Self::From(n) => Some((value - f64::from(n) + 1.0).clamp(0.0, 1.0)),
@@ -116,12 +116,12 @@ impl Law {
     }
 
     /// Whether it says when a cause acts: at some times, in some tests, or on the way down.
-    pub fn says_when(self) -> bool {
+    pub(crate) fn says_when(self) -> bool {
         matches!(self, Self::Of(_, Form::Passed | Form::After(_) | Form::At(_) | Form::From(_)))
     }
 
     /// Factor of a law of the time, at a share of all the time of the data; one for other laws.
-    pub fn at_share_of_time(self, share: f64) -> f64 {
+    pub(crate) fn at_share_of_time(self, share: f64) -> f64 {
         match self {
             Self::Of(_, Form::Passed) => share,
             Self::Of(_, Form::After(n)) => (0.5 + (share - f64::from(n) / f64::from(PARTS)) / ONSET).clamp(0.0, 1.0),
@@ -131,6 +131,6 @@ impl Law {
 }
 
 /// A number as a person would write it.
-pub fn nine_digits(v: f64) -> f64 {
+pub(crate) fn nine_digits(v: f64) -> f64 {
     format!("{v:.8e}").parse().unwrap_or(v)
 }

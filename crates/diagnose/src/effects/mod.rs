@@ -94,7 +94,7 @@ families! {
 
 impl Effect {
     /// The law under which it is alike in all rows: a gain's share grows with the temperature by itself.
-    pub fn usual_law(&self) -> Law {
+    pub(crate) fn usual_law(&self) -> Law {
         if matches!(self, Self::Sensor(Sensor::Gain(_))) { Law::Temperature } else { Law::Constant }
     }
 }
@@ -260,12 +260,12 @@ impl Hypothesis {
     }
 
     /// The same under a law whose number was found from the data.
-    pub fn under_found(&self, law: Law, number: LawNumber, scales: &Scales) -> Self {
+    pub(crate) fn under_found(&self, law: Law, number: LawNumber, scales: &Scales) -> Self {
         Self { law, law_of: Some(scales.words_with(law, &number)), number: Some(number), ..self.clone() }
     }
 
     /// Whether its law is one that is looked for only where something is wrong.
-    pub fn is_rare(&self) -> bool {
+    pub(crate) fn is_rare(&self) -> bool {
         self.law.says_when() || self.law.is_free()
     }
 
@@ -312,12 +312,12 @@ impl Hypothesis {
     }
 
     /// Whether it drifts with the temperature of its place, which its derivative must know.
-    pub fn is_drift(&self) -> bool {
+    pub(crate) fn is_drift(&self) -> bool {
         self.law == Law::Temperature
     }
 
     /// The common factor of the model's discrepancy that it is part of.
-    pub fn common_factor(&self) -> Option<CommonFactor> {
+    pub(crate) fn common_factor(&self) -> Option<CommonFactor> {
         self.effect.family().common_factor().filter(|_| self.law == Law::Constant)
     }
 
@@ -327,7 +327,7 @@ impl Hypothesis {
     }
 
     /// The amplitude of a change of a number of the machine file by a factor e, to first order; `None` of what is no such number.
-    pub fn of_a_number(&self, network: &Network) -> Option<f64> {
+    pub(crate) fn of_a_number(&self, network: &Network) -> Option<f64> {
         match self.effect {
             _ if self.law != Law::Constant => None,
             Effect::Storage(storage) => Some(storage.own(network)).filter(|own| *own > 0.0),
@@ -341,7 +341,7 @@ impl Hypothesis {
     }
 
     /// Whether more and less of it bend so differently that logs are followed along a secant to one side.
-    pub fn is_bent(&self) -> bool {
+    pub(crate) fn is_bent(&self) -> bool {
         self.effect.family().is_bent()
     }
 
@@ -374,7 +374,7 @@ impl Hypothesis {
     }
 
     /// For swapped sensors: at each of some readings, given by row and sensor, the one that belongs there.
-    pub fn relabelled(&self, places: &[(usize, usize)]) -> Option<Vec<usize>> {
+    pub(crate) fn relabelled(&self, places: &[(usize, usize)]) -> Option<Vec<usize>> {
         self.sensor()?.relabelled(places)
     }
 

@@ -10,7 +10,7 @@ const TABLED: f64 = 0.25;
 
 impl Hypothesis {
     /// The same as a number of the file that is inexact by this standard deviation, beside a cause.
-    pub fn inexact_by(self, scale: f64) -> Self {
+    pub(crate) fn inexact_by(self, scale: f64) -> Self {
         Self { scale, is_inexactness: true, ..self }
     }
 
@@ -37,7 +37,7 @@ impl Hypothesis {
     /// shut, a sensor that fell off. The prior of its amplitude has tails like 1/a², so that of causes that fit alike the one is not preferred
     /// whose prior happens to be wider. What tables or nature bound has none: conductivities, capacities, emissivities, what all have in
     /// common, how anything drifts with its temperature.
-    pub fn has_tails(&self) -> bool {
+    pub(crate) fn has_tails(&self) -> bool {
         let is_open = match self.effect {
             Effect::Heat(_) | Effect::Leak(_) | Effect::Flow(_) | Effect::Contact(_) => true,
             Effect::Radiation(radiation) => matches!(radiation, Radiation::Gas | Radiation::Exchange(..)),

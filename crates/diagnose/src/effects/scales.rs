@@ -244,14 +244,14 @@ impl Scales {
     }
 
     /// Laws of the time, in logs of a machine whose file declares it; instants on a grid, which stand for those between them.
-    pub fn laws_of_time(&self) -> Vec<Law> {
+    pub(crate) fn laws_of_time(&self) -> Vec<Law> {
         let Some(time) = self.time_at.filter(|v| self.variables[*v].span() > 0.0) else { return Vec::new() };
         let after = (1..=INSTANTS).map(|n| Form::After(n * (PARTS / (INSTANTS + 1))));
         after.chain([Form::Passed]).map(|form| Law::Of(time, form)).collect()
     }
 
     /// Laws of the number of the test and of what has fallen, each with its share of all of them.
-    pub fn laws_of_counts(&self) -> Vec<(Law, LawNumber)> {
+    pub(crate) fn laws_of_counts(&self) -> Vec<(Law, LawNumber)> {
         let of = |count: &Count| -> Vec<(Law, LawNumber)> {
             let forms = count.forms();
             let share = 1.0 / forms.len().max(1) as f64;
@@ -356,7 +356,7 @@ impl Scales {
     }
 
     /// The same with the interval of its number.
-    pub fn words_with(&self, law: Law, number: &LawNumber) -> String {
+    pub(crate) fn words_with(&self, law: Law, number: &LawNumber) -> String {
         let Law::Of(v, _) = law else { return self.words(law) };
         if number.low == number.high {
             return self.words(law);

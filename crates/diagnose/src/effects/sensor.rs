@@ -112,7 +112,7 @@ impl Sensor {
     }
 
     /// For swapped sensors: at each of some readings, given by row and sensor, the one that belongs there.
-    pub fn relabelled(self, places: &[(usize, usize)]) -> Option<Vec<usize>> {
+    pub(crate) fn relabelled(self, places: &[(usize, usize)]) -> Option<Vec<usize>> {
         let Self::Swap(a, b) = self else { return None };
         let position: HashMap<&(usize, usize), usize> = places.iter().enumerate().map(|(i, place)| (place, i)).collect();
         let of = |(i, (r, k)): (usize, &(usize, usize))| {

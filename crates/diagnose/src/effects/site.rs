@@ -64,7 +64,7 @@ impl<'a> Site<'a> {
     }
 
     /// All heat of the sources, W: the most at any condition of the data.
-    pub fn whole_heat(&self) -> f64 {
+    pub(crate) fn whole_heat(&self) -> f64 {
         let loads = self.data.rows.iter().filter_map(|row| Load::at(self.machine, &row.condition).ok());
         loads.map(|load| load.powers.iter().map(|p| p.abs()).sum::<f64>()).fold(0.0, f64::max)
     }

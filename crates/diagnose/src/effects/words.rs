@@ -70,7 +70,7 @@ impl Told<'_> {
     }
 
     /// Two places of it.
-    pub fn both_places(&self) -> String {
+    pub(crate) fn both_places(&self) -> String {
         self.hypothesis.place.replace(" - ", " and ")
     }
 
@@ -90,7 +90,7 @@ impl Told<'_> {
     }
 
     /// Where a number holds that follows a law; nothing of one that says where itself.
-    pub fn where_stated(&self) -> &'static str {
+    pub(crate) fn where_stated(&self) -> &'static str {
         match self.hypothesis.law {
             Law::Speed | Law::SpeedSquared => " at full speed",
             Law::InverseFlow => " at the middle flow",

@@ -46,7 +46,7 @@ impl<'a> Begun<'a> {
     }
 
     /// With the steps that slopes are made of; fits by secants make none.
-    pub fn with_steps(mut self, predictor: &Predictor<'_>) -> Self {
+    pub(crate) fn with_steps(mut self, predictor: &Predictor<'_>) -> Self {
         if predictor.has_slopes_of(&self.members) {
             return self;
         }

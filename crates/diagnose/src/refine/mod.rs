@@ -64,7 +64,7 @@ pub struct Fitted {
 impl Fitted {
     /// What the members would have to explain, K, to first order: the residual without their amplitudes, and what each changes for an
     /// amplitude of its prior's spread. What has no amplitude is in both.
-    pub fn without_amplitudes(&self, members: &[&Hypothesis]) -> (Vec<f64>, Vec<Vec<f64>>) {
+    pub(crate) fn without_amplitudes(&self, members: &[&Hypothesis]) -> (Vec<f64>, Vec<Vec<f64>>) {
         let (mut without, mut columns) = (self.left.clone(), Vec::new());
         for ((h, amplitude), slope) in members.iter().zip(&self.amplitudes).zip(&self.slopes).filter(|((h, _), _)| !h.is_fixed()) {
             without.iter_mut().zip(slope).for_each(|(r, s)| *r += amplitude * s);
@@ -396,7 +396,7 @@ pub fn fit(predictor: &Predictor<'_>, members: &[&Hypothesis], guess: &[f64], us
 ///
 /// # Errors
 /// As [`fit`].
-pub fn fit_begun(
+pub(crate) fn fit_begun(
     predictor: &Predictor<'_>,
     members: &[&Hypothesis],
     guess: &[f64],
@@ -446,7 +446,7 @@ pub fn fit_begun(
 ///
 /// # Errors
 /// As [`fit`].
-pub fn fit_again(predictor: &Predictor<'_>, members: &[&Hypothesis], before: &Fitted, used: FitData<'_>) -> Result<Fitted> {
+pub(crate) fn fit_again(predictor: &Predictor<'_>, members: &[&Hypothesis], before: &Fitted, used: FitData<'_>) -> Result<Fitted> {
     if predictor.fronts {
         return fit(predictor, members, &before.amplitudes, used);
     }
@@ -458,7 +458,7 @@ pub fn fit_again(predictor: &Predictor<'_>, members: &[&Hypothesis], before: &Fi
 ///
 /// # Errors
 /// As [`fit`].
-pub fn promised(predictor: &Predictor<'_>, begun: &Begun<'_>, used: FitData<'_>) -> Result<f64> {
+pub(crate) fn promised(predictor: &Predictor<'_>, begun: &Begun<'_>, used: FitData<'_>) -> Result<f64> {
     let fit = Fit::new(predictor, &begun.members, &begun.amplitudes, used, Some(begun));
     let here = fit.begin(&begun.amplitudes)?;
     let slopes = if predictor.has_slopes_of(&begun.members) { fit.known_slopes(&here) } else { fit.slopes(&here)? };
@@ -470,7 +470,7 @@ pub fn promised(predictor: &Predictor<'_>, begun: &Begun<'_>, used: FitData<'_>)
 
 /// What a fit of one cause comes to where it begins, with the slope between nothing and there: of a cause that may be far behind
 /// others. `None` where the cause is about readings alone.
-pub fn first_look(predictor: &Predictor<'_>, begun: &Begun<'_>, used: FitData<'_>) -> Option<Fitted> {
+pub(crate) fn first_look(predictor: &Predictor<'_>, begun: &Begun<'_>, used: FitData<'_>) -> Option<Fitted> {
     let [h] = begun.members[..] else { return None };
     let amplitude = begun.amplitudes[0];
     if h.is_sensor() || amplitude == 0.0 {

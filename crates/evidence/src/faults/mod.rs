@@ -83,7 +83,7 @@ impl Fault {
     }
 
     /// Fault of a row whose `variable` is not that of its readings.
-    pub fn wrong_condition(data: &Data, row: usize, variable: &str, words: String) -> Self {
+    pub(crate) fn wrong_condition(data: &Data, row: usize, variable: &str, words: String) -> Self {
         let readings = (0..data.names.len()).filter(|k| data.rows[row].readings[*k].is_some()).map(|k| (row, k)).collect();
         Self { variable: Some(variable.into()), ..Self::new(data, FaultKind::WrongCondition, readings, None, words) }
     }

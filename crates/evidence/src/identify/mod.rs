@@ -219,7 +219,7 @@ impl Free {
     }
 
     /// The bounds as coordinates.
-    pub fn coordinate_bounds(&self) -> (f64, f64) {
+    pub(crate) fn coordinate_bounds(&self) -> (f64, f64) {
         (self.coordinate(self.bounds.0), self.coordinate(self.bounds.1))
     }
 

@@ -112,7 +112,7 @@ impl<'a> Search<'a> {
     ///
     /// # Errors
     /// Errors of [`MeshShare::of`].
-    pub fn continue_from(&mut self, at: &Point) -> Result<bool> {
+    pub(crate) fn continue_from(&mut self, at: &Point) -> Result<bool> {
         let own = self.stride.coarse(&at.prediction.values);
         let share = self.problem.mesh_share(&self.values(&at.coordinates), &own, self.pace(&at.coordinates))?;
         self.correct(share);
@@ -242,13 +242,13 @@ impl<'a> Search<'a> {
     }
 
     /// One over the variance of each coordinate's prior; zero without one.
-    pub fn prior_information(&self) -> Vec<f64> {
+    pub(crate) fn prior_information(&self) -> Vec<f64> {
         self.problem.free.iter().map(|f| prior(f).map_or(0.0, |(_, spread)| 1.0 / (spread * spread))).collect()
     }
 
     /// Change of the readings with each parameter, K, over the parameter's plausible range: its prior's standard deviation, or
     /// its size.
-    pub fn broad_columns(&self, at: &Point) -> Vec<Vec<f64>> {
+    pub(crate) fn broad_columns(&self, at: &Point) -> Vec<Vec<f64>> {
         let mut columns = self.slopes(at);
         for (k, (free, column)) in self.problem.free.iter().zip(&mut columns).enumerate() {
             let reach = prior(free).map_or_else(|| free.size(free.value(at.coordinates[k])), |(_, spread)| spread);
@@ -344,12 +344,12 @@ impl<'a> Search<'a> {
     }
 
     /// Descends from one point with the covariance held. Ends if steps are small or no step leads down.
-    pub fn descend(&mut self, here: Point, whitener: &Whitener) -> Point {
+    pub(crate) fn descend(&mut self, here: Point, whitener: &Whitener) -> Point {
         self.descend_unless(here, whitener, &[])
     }
 
     /// Descends as [`Search::descend`] does. A search that comes to the end of another start returns that end.
-    pub fn descend_unless(&mut self, mut here: Point, whitener: &Whitener, ends: &[Point]) -> Point {
+    pub(crate) fn descend_unless(&mut self, mut here: Point, whitener: &Whitener, ends: &[Point]) -> Point {
         // A point without free coordinates was predicted without its slopes.
         if (0..here.coordinates.len()).all(|k| self.frozen.contains(&k)) {
             return here;

@@ -64,7 +64,7 @@ struct Step {
 /// A Kalman filter of noise and a wandering error of unit variance along one series. The innovations over their standard
 /// deviations are independent and of unit variance.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Filter {
+pub(crate) struct Filter {
     steps: Vec<Step>,
 }
 

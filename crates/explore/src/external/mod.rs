@@ -92,7 +92,7 @@ struct Carried {
 
 /// Folders in which the runs of one sweep are made and kept.
 #[derive(Debug)]
-pub struct Workshop<'a> {
+pub(crate) struct Workshop<'a> {
     program: &'a Program,
     /// Folders of runs in progress.
     runs: PathBuf,
@@ -121,7 +121,7 @@ impl Program {
     ///
     /// # Errors
     /// The program cannot be run, takes longer than a minute or prints nothing; a file cannot be copied.
-    pub fn ask_version(&mut self) -> Result<()> {
+    pub(crate) fn ask_version(&mut self) -> Result<()> {
         let Some(command) = &self.version.command else { return Ok(()) };
         let folder = std::env::temp_dir().join(run_name("version"));
         make(&folder)?;
@@ -157,7 +157,7 @@ impl Program {
     }
 
     /// Workshop for the runs of a sweep with its results in the folder `out`.
-    pub fn workshop(&self, out: &Path) -> Workshop<'_> {
+    pub(crate) fn workshop(&self, out: &Path) -> Workshop<'_> {
         stop::listen();
         let base = out.join("solver");
         Workshop {

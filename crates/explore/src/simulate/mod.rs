@@ -32,7 +32,7 @@ pub use reduced::run_reduced;
 pub use stepped::{Stepper, run_stepped};
 
 /// Largest open share of the energy over a whole run, dimensionless. Chosen, and stated in docs/method/time-steps.md.
-pub const ENERGY_TOLERANCE: f64 = 1e-8;
+pub(crate) const ENERGY_TOLERANCE: f64 = 1e-8;
 /// Most output times, count. Chosen: limits the memory of a run.
 const MOST_OUTPUTS: usize = 5_000_000;
 /// Output times by default, for a schedule of fewer rows; count. Chosen: enough for a chart.
@@ -57,7 +57,7 @@ impl Start {
     ///
     /// # Errors
     /// A start from readings, which a schedule does not have.
-    pub fn of_schedule(self) -> Result<Beginning> {
+    pub(crate) fn of_schedule(self) -> Result<Beginning> {
         match self {
             Self::Steady => Ok(Beginning::Steady),
             Self::Uniform(temperature) => Ok(Beginning::Uniform(temperature)),

@@ -222,7 +222,7 @@ impl Journal {
     ///
     /// # Errors
     /// Errors of [`Journal::append`].
-    pub fn absorb(&mut self, outcomes: Vec<(usize, ConditionOutcome)>) -> Result<()> {
+    pub(crate) fn absorb(&mut self, outcomes: Vec<(usize, ConditionOutcome)>) -> Result<()> {
         let payloads: Vec<String> = outcomes.iter().map(|(index, outcome)| payload_of(*index, outcome)).collect();
         self.write_lines(&payloads)?;
         for (index, outcome) in outcomes {

@@ -56,7 +56,7 @@ pub fn merge(plan: &Plan, subject: &SweepSubject, folder: &Path, journals: &[Pat
 ///
 /// # Errors
 /// Errors of [`merge`].
-pub fn merge_any(plan: &Plan, subject: &SweepSubject, folder: &Path, journals: &[PathBuf]) -> Result<Merged> {
+pub(crate) fn merge_any(plan: &Plan, subject: &SweepSubject, folder: &Path, journals: &[PathBuf]) -> Result<Merged> {
     check(plan)?;
     let header = header(plan, subject);
     let files = listed(journals)?;

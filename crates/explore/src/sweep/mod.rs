@@ -87,7 +87,7 @@ impl SweepSubject {
 }
 
 /// Name of the column of an output's slope along a parameter.
-pub fn slope_name(output: &str, parameter: &str) -> String {
+pub(crate) fn slope_name(output: &str, parameter: &str) -> String {
     format!("d({output})/d({parameter})")
 }
 
@@ -115,7 +115,7 @@ pub struct SweepRound<'a> {
 
 /// Function that gives the conditions to add after a round, one value per variable in its own unit; `None` ends the sweep. The
 /// conditions must depend on nothing but the round and those before.
-pub type Grow<'g> = dyn FnMut(&SweepRound<'_>) -> Result<Option<Vec<Vec<f64>>>> + 'g;
+pub(crate) type Grow<'g> = dyn FnMut(&SweepRound<'_>) -> Result<Option<Vec<Vec<f64>>>> + 'g;
 
 /// Function that completes some rows of a plan in a journal.
 type Find<'f> = dyn Fn(&Plan, Range<usize>, &mut Journal) -> Result<()> + 'f;

@@ -46,7 +46,7 @@ pub fn run(
 
 /// Pieces of work that the progress of a run counts.
 #[derive(Debug, Clone, Copy)]
-pub struct Pieces<'a> {
+pub(crate) struct Pieces<'a> {
     /// Number of all pieces.
     pub total: usize,
     /// Name of the pieces, in the plural.
@@ -58,7 +58,7 @@ pub struct Pieces<'a> {
 ///
 /// # Errors
 /// Errors of [`run`].
-pub fn run_rows(
+pub(crate) fn run_rows(
     rows: &[usize],
     pieces: Pieces<'_>,
     outputs: usize,

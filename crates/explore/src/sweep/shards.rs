@@ -12,7 +12,7 @@ use super::{JOURNAL, Plan, SweepOptions, SweepSubject, header};
 use coldplate_base::error::{Error, Result};
 
 /// Folder of the parts' journals, in that of the results.
-pub const SHARDS: &str = "shards";
+pub(crate) const SHARDS: &str = "shards";
 /// Most parts of a sweep, count. Chosen: more than any machine has processors.
 const MOST: usize = 100_000;
 

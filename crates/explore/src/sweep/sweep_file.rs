@@ -171,7 +171,7 @@ impl Sweep {
     ///
     /// # Errors
     /// Errors of [`merge::merge_any`].
-    pub fn merge_any(&self, folder: &Path, journals: &[PathBuf]) -> Result<Merged> {
+    pub(crate) fn merge_any(&self, folder: &Path, journals: &[PathBuf]) -> Result<Merged> {
         merge::merge_any(&self.plan, &self.subject(), folder, journals)
     }
 

@@ -96,7 +96,7 @@ pub struct AcceptabilityMap {
 
 /// Sizes of labels and badges inside a map.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Look {
+pub(crate) struct Look {
     /// Font size of contour labels, CSS pixels.
     pub label: f64,
     /// Radius of the letters' circles, CSS pixels.
@@ -181,7 +181,7 @@ impl AcceptabilityMap {
     ///
     /// # Errors
     /// Errors of [`AcceptabilityMap::axes`]; the surface refuses.
-    pub fn paint_inside(&self, canvas: &mut Canvas, frame: &PlotFrame, look: Look) -> Result<()> {
+    pub(crate) fn paint_inside(&self, canvas: &mut Canvas, frame: &PlotFrame, look: Look) -> Result<()> {
         let margins = self.margins()?;
         let (accept, reject) = self.borders(&margins);
         let known = ValueGrid { z: margins.z.iter().map(|m| if m.is_finite() { 1.0 } else { f64::NAN }).collect(), ..margins.clone() };
@@ -347,7 +347,7 @@ impl AcceptabilityMap {
     }
 
     /// The limits that bind somewhere on the map, as indices.
-    pub fn binding_limits(&self) -> Vec<usize> {
+    pub(crate) fn binding_limits(&self) -> Vec<usize> {
         let mut present: Vec<usize> = self.binding_numbers().into_iter().flatten().collect();
         present.sort_unstable();
         present.dedup();

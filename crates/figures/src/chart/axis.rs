@@ -90,7 +90,7 @@ impl PlotAxis {
 
 /// A plot: the rectangle its data are drawn in, and its two axes with their ticks.
 #[derive(Debug, Clone, PartialEq)]
-pub struct PlotFrame {
+pub(crate) struct PlotFrame {
     /// Left edge of the data rectangle, in CSS pixels.
     pub left: f64,
     /// Top edge.
@@ -115,7 +115,7 @@ impl PlotFrame {
     }
 
     /// A plot like [`PlotFrame::inside`], with tick labels of this size; titles are one pixel larger.
-    pub fn with_text((left, top): PixelPoint, (width, height): PixelSize, x: PlotAxis, y: PlotAxis, text: f64) -> Self {
+    pub(crate) fn with_text((left, top): PixelPoint, (width, height): PixelSize, x: PlotAxis, y: PlotAxis, text: f64) -> Self {
         let below = 2.0 * text + 22.0;
         let above = 0.5 * text;
         let inner_height = (height - below - above).max(20.0);
@@ -132,7 +132,7 @@ impl PlotFrame {
     }
 
     /// Gives the data another rectangle; the ticks of the horizontal axis are chosen anew.
-    pub fn set_rectangle(&mut self, (left, top): PixelPoint, (width, height): PixelSize) {
+    pub(crate) fn set_rectangle(&mut self, (left, top): PixelPoint, (width, height): PixelSize) {
         (self.left, self.top, self.width, self.height) = (left, top, width.max(20.0), height.max(1.0));
         self.x_ticks = self.x.ticks_across(self.width, self.text);
     }
@@ -156,7 +156,7 @@ impl PlotFrame {
     ///
     /// # Errors
     /// If the surface refuses.
-    pub fn paint_grid(&self, canvas: &mut Canvas) -> Result<()> {
+    pub(crate) fn paint_grid(&self, canvas: &mut Canvas) -> Result<()> {
         let stroke = Stroke::solid(GRID, 1.0);
         for v in &self.x_ticks.values {
             let x = self.left + self.x.fraction(*v) * self.width;
@@ -173,7 +173,7 @@ impl PlotFrame {
     ///
     /// # Errors
     /// If the surface refuses.
-    pub fn paint_across(&self, canvas: &mut Canvas, grid: bool) -> Result<()> {
+    pub(crate) fn paint_across(&self, canvas: &mut Canvas, grid: bool) -> Result<()> {
         let text = self.text;
         for (v, label) in self.x_ticks.values.iter().zip(&self.x_ticks.labels) {
             let x = self.left + self.x.fraction(*v) * self.width;
@@ -192,7 +192,7 @@ impl PlotFrame {
     ///
     /// # Errors
     /// If the surface refuses.
-    pub fn paint_axes(&self, canvas: &mut Canvas) -> Result<()> {
+    pub(crate) fn paint_axes(&self, canvas: &mut Canvas) -> Result<()> {
         let stroke = Stroke::solid(AXIS, 1.2);
         let text = self.text;
         canvas.frame(self.left, self.top, self.width, self.height, stroke)?;

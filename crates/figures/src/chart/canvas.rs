@@ -6,9 +6,9 @@ use super::surface::{Anchor, DrawingSurface, Lettering, Pixel};
 use coldplate_base::error::Result;
 
 /// A point in CSS pixels, y downwards.
-pub type PixelPoint = (f64, f64);
+pub(crate) type PixelPoint = (f64, f64);
 /// Width and height in CSS pixels.
-pub type PixelSize = (f64, f64);
+pub(crate) type PixelSize = (f64, f64);
 
 /// Colour, width and dash of a line.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -106,7 +106,7 @@ impl<'a> Canvas<'a> {
     ///
     /// # Errors
     /// Errors of `paint`.
-    pub fn magnified(&mut self, factor: f64, paint: impl FnOnce(&mut Self) -> Result<()>) -> Result<()> {
+    pub(crate) fn magnified(&mut self, factor: f64, paint: impl FnOnce(&mut Self) -> Result<()>) -> Result<()> {
         let usual = self.scale;
         self.scale *= factor;
         let painted = paint(self);

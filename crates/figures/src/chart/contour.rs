@@ -7,7 +7,7 @@ use coldplate_base::error::{Error, Result};
 
 /// Values on a rectangular grid, not necessarily evenly spaced. A value that is not finite is a hole.
 #[derive(Debug, Clone, PartialEq)]
-pub struct ValueGrid {
+pub(crate) struct ValueGrid {
     /// Rising horizontal positions, at least two.
     pub x: Vec<f64>,
     /// Rising vertical positions, at least two.
@@ -70,13 +70,13 @@ impl ValueGrid {
     }
 
     /// The lines where the function equals `level`.
-    pub fn contour(&self, level: f64) -> Vec<Line> {
+    pub(crate) fn contour(&self, level: f64) -> Vec<Line> {
         self.contour_in(level, |_, _| true)
     }
 
     /// The lines where the function equals `level`, only through cells, named by their lower left nodes, for which
     /// `is_open` holds.
-    pub fn contour_in(&self, level: f64, is_open: impl Fn(usize, usize) -> bool) -> Vec<Line> {
+    pub(crate) fn contour_in(&self, level: f64, is_open: impl Fn(usize, usize) -> bool) -> Vec<Line> {
         chain(self.pieces(level, is_open))
     }
 
@@ -166,7 +166,7 @@ pub type Taken = (f64, f64, f64, f64);
 /// The place along a drawn line (CSS pixels) where a label of this size stands best: inside the bounds, clear of
 /// taken places, where the line is straight, as near its middle as possible. `None` if the line is shorter than twice
 /// the label or no place is free.
-pub fn label_place(line: &[PixelPoint], size: PixelSize, bounds: Taken, taken: &[Taken]) -> Option<PixelPoint> {
+pub(crate) fn label_place(line: &[PixelPoint], size: PixelSize, bounds: Taken, taken: &[Taken]) -> Option<PixelPoint> {
     let mut along = vec![0.0];
     for pair in line.windows(2) {
         along.push(along.last().copied().unwrap_or(0.0) + (pair[1].0 - pair[0].0).hypot(pair[1].1 - pair[0].1));

@@ -46,7 +46,7 @@ const MOST: usize = 10;
 const OTHERS: Rgb = Rgb(190, 190, 190);
 
 /// The unit that suits a span of time (s), and its seconds.
-pub fn time_unit(span: f64) -> (&'static str, f64) {
+pub(crate) fn time_unit(span: f64) -> (&'static str, f64) {
     match span {
         s if s <= 300.0 => ("s", 1.0),
         s if s <= 3.0 * 3600.0 => ("min", 60.0),

@@ -8,7 +8,7 @@ use coldplate_base::error::Result;
 
 /// A sample of the drawing.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Swatch {
+pub(crate) enum Swatch {
     /// A curve with its samples.
     Curve(SeriesStyle),
     /// A line alone, with its width.
@@ -27,7 +27,7 @@ pub enum Swatch {
 
 /// Samples and their meaning.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Legend {
+pub(crate) struct Legend {
     /// Entries in the order shown.
     pub entries: Vec<(Swatch, String)>,
     /// Font size; zero means the body size.
@@ -107,12 +107,12 @@ impl Legend {
     }
 
     /// Height of the legend running along lines of this width.
-    pub fn running_height(&self, width: f64) -> f64 {
+    pub(crate) fn running_height(&self, width: f64) -> f64 {
         self.running(width).1
     }
 
     /// Height of the legend stacked in a column of this width.
-    pub fn stacked_height(&self, width: f64) -> f64 {
+    pub(crate) fn stacked_height(&self, width: f64) -> f64 {
         self.stacked(width).1
     }
 
@@ -120,7 +120,7 @@ impl Legend {
     ///
     /// # Errors
     /// If the surface refuses.
-    pub fn paint_running(&self, canvas: &mut Canvas, at: PixelPoint, width: f64) -> Result<()> {
+    pub(crate) fn paint_running(&self, canvas: &mut Canvas, at: PixelPoint, width: f64) -> Result<()> {
         self.paint(canvas, at, &self.running(width).0)
     }
 
@@ -128,7 +128,7 @@ impl Legend {
     ///
     /// # Errors
     /// If the surface refuses.
-    pub fn paint_stacked(&self, canvas: &mut Canvas, at: PixelPoint, width: f64) -> Result<()> {
+    pub(crate) fn paint_stacked(&self, canvas: &mut Canvas, at: PixelPoint, width: f64) -> Result<()> {
         self.paint(canvas, at, &self.stacked(width).0)
     }
 
@@ -152,7 +152,7 @@ impl Legend {
 ///
 /// # Errors
 /// If the surface refuses.
-pub fn paint_swatch(canvas: &mut Canvas, swatch: &Swatch, at: PixelPoint, width: f64, text: f64) -> Result<()> {
+pub(crate) fn paint_swatch(canvas: &mut Canvas, swatch: &Swatch, at: PixelPoint, width: f64, text: f64) -> Result<()> {
     let (x, y) = at;
     match swatch {
         Swatch::Heading => Ok(()),
@@ -178,7 +178,7 @@ pub fn paint_swatch(canvas: &mut Canvas, swatch: &Swatch, at: PixelPoint, width:
 ///
 /// # Errors
 /// If the surface refuses.
-pub fn paint_badge(canvas: &mut Canvas, at: PixelPoint, letter: &str, radius: f64) -> Result<()> {
+pub(crate) fn paint_badge(canvas: &mut Canvas, at: PixelPoint, letter: &str, radius: f64) -> Result<()> {
     canvas.disc(at, radius + 1.4, INK)?;
     canvas.disc(at, radius, WHITE)?;
     let text = if letter.chars().count() > 1 { radius * 1.05 } else { radius * 1.4 };
@@ -189,7 +189,7 @@ pub fn paint_badge(canvas: &mut Canvas, at: PixelPoint, letter: &str, radius: f6
 ///
 /// # Errors
 /// If the surface refuses.
-pub fn paint_here(canvas: &mut Canvas, at: PixelPoint, radius: f64) -> Result<()> {
+pub(crate) fn paint_here(canvas: &mut Canvas, at: PixelPoint, radius: f64) -> Result<()> {
     canvas.marker(at, Marker::Diamond, radius * 1.5, WHITE)?;
     canvas.marker(at, Marker::Diamond, radius * 1.15, INK)?;
     canvas.disc(at, radius * 0.42, WHITE)

@@ -10,7 +10,7 @@ pub const MARGIN: f64 = 16.0;
 
 /// Title and footer of a figure, broken into lines.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Page {
+pub(crate) struct Page {
     width: f64,
     title: Vec<String>,
     subtitle: Vec<String>,

@@ -159,7 +159,7 @@ fn rounded(value: f64) -> f64 {
 }
 
 /// A range about zero for errors and their band.
-pub fn error_range(errors: impl IntoIterator<Item = f64>, half_width: f64) -> Option<Range> {
+pub(crate) fn error_range(errors: impl IntoIterator<Item = f64>, half_width: f64) -> Option<Range> {
     let largest = errors.into_iter().filter(|e| e.is_finite()).map(f64::abs).reduce(f64::max)?;
     let band = if half_width.is_finite() { half_width.abs() } else { 0.0 };
     let reach = largest.max(band).min(1e290);
@@ -171,7 +171,7 @@ pub fn error_range(errors: impl IntoIterator<Item = f64>, half_width: f64) -> Op
 ///
 /// # Errors
 /// If the surface refuses.
-pub fn paint_band(canvas: &mut Canvas, frame: &PlotFrame, half_width: f64) -> Result<()> {
+pub(crate) fn paint_band(canvas: &mut Canvas, frame: &PlotFrame, half_width: f64) -> Result<()> {
     let across = |y: f64| [(frame.left, frame.at(frame.x.range.low, y).1), (frame.right(), frame.at(frame.x.range.low, y).1)];
     canvas.line(&across(0.0), Stroke::solid(MUTED, 1.4))?;
     if half_width.is_finite() && half_width > 0.0 {

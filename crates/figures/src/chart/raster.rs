@@ -18,7 +18,7 @@ pub const DENSITY: u32 = 2;
 const OVERSAMPLING: u32 = 2;
 
 /// A bitmap being painted.
-pub struct Raster<'a> {
+pub(crate) struct Raster<'a> {
     backend: BitMapBackend<'a>,
     size: (i32, i32),
 }
@@ -32,7 +32,7 @@ fn paint(colour: Rgb, alpha: f64) -> RGBAColor {
 }
 
 /// Painted pixels for a figure of this size in CSS pixels.
-pub fn painted_size((width, height): PixelSize) -> (u32, u32) {
+pub(crate) fn painted_size((width, height): PixelSize) -> (u32, u32) {
     let pixels = |length: f64| (length * f64::from(DENSITY)).round() as u32 * OVERSAMPLING;
     (pixels(width), pixels(height))
 }
@@ -173,7 +173,7 @@ impl DrawingSurface for Raster<'_> {
 }
 
 /// The painted pixels averaged down to the pixels of the PNG, with their width and height.
-pub fn averaged(painted: &[u8], width: u32, height: u32) -> (Vec<u8>, (u32, u32)) {
+pub(crate) fn averaged(painted: &[u8], width: u32, height: u32) -> (Vec<u8>, (u32, u32)) {
     let n = OVERSAMPLING as usize;
     let (columns, rows) = (width as usize / n, height as usize / n);
     let mut out = vec![0u8; 3 * columns * rows];

@@ -35,7 +35,7 @@ impl Hatch {
 ///
 /// # Errors
 /// If the surface refuses.
-pub fn hatch(
+pub(crate) fn hatch(
     canvas: &mut Canvas,
     (left, top): PixelPoint,
     (width, height): PixelSize,
@@ -75,7 +75,7 @@ pub fn hatch(
 ///
 /// # Errors
 /// If the surface refuses.
-pub fn hatch_rectangle(canvas: &mut Canvas, at: PixelPoint, size: PixelSize, pattern: Hatch, ground: Rgb) -> Result<()> {
+pub(crate) fn hatch_rectangle(canvas: &mut Canvas, at: PixelPoint, size: PixelSize, pattern: Hatch, ground: Rgb) -> Result<()> {
     hatch(canvas, at, size, pattern, ground, |_, _| true)
 }
 
@@ -83,7 +83,7 @@ pub fn hatch_rectangle(canvas: &mut Canvas, at: PixelPoint, size: PixelSize, pat
 ///
 /// # Errors
 /// If the surface refuses.
-pub fn fill_positive(canvas: &mut Canvas, grid: &ValueGrid, colour: Rgb, place: impl Fn(f64, f64) -> PixelPoint) -> Result<()> {
+pub(crate) fn fill_positive(canvas: &mut Canvas, grid: &ValueGrid, colour: Rgb, place: impl Fn(f64, f64) -> PixelPoint) -> Result<()> {
     for j in 0..grid.y.len() - 1 {
         // Neighbouring full cells are painted as one, which keeps the file small.
         let mut run: Option<(usize, usize)> = None;
@@ -145,7 +145,7 @@ fn clip(four: &[(PixelPoint, f64); 4]) -> Vec<PixelPoint> {
 
 /// A connected part of a map with one number, and the node farthest from its edge.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Zone {
+pub(crate) struct Zone {
     /// The number.
     pub number: usize,
     /// Node to put its name at.
@@ -158,7 +158,7 @@ pub struct Zone {
 
 /// The connected zones of equal number on an `nx` by `ny` grid whose nodes are `spacing` apart;
 /// nodes without a number belong to none.
-pub fn zones(numbers: &[Option<usize>], nx: usize, ny: usize, spacing: (f64, f64)) -> Vec<Zone> {
+pub(crate) fn zones(numbers: &[Option<usize>], nx: usize, ny: usize, spacing: (f64, f64)) -> Vec<Zone> {
     if nx == 0 || ny == 0 || numbers.len() != nx * ny {
         return Vec::new();
     }

@@ -49,7 +49,7 @@ const LABEL: f64 = 104.0;
 const BAR: f64 = 44.0;
 
 /// Blue below zero, vermillion above, white at zero; `t` from -1 to 1.
-pub fn diverging(t: f64) -> Rgb {
+pub(crate) fn diverging(t: f64) -> Rgb {
     let end = if t < 0.0 { BLUE } else { VERMILLION };
     // Pale tones are told apart less easily than full ones: they get more of the range.
     let share = t.abs().clamp(0.0, 1.0).powf(0.8);

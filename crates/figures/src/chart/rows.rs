@@ -9,7 +9,7 @@ use coldplate_base::error::Result;
 
 /// Rows with their names broken into lines.
 #[derive(Debug, Clone, PartialEq)]
-pub struct NamedRows {
+pub(crate) struct NamedRows {
     names: Vec<Vec<String>>,
     /// Width of the column of names.
     pub names_width: f64,

@@ -16,7 +16,7 @@ impl Rgb {
 
     /// A darker colour of this hue: for lines over an area of this colour.
     #[must_use]
-    pub fn darker(self) -> Self {
+    pub(crate) fn darker(self) -> Self {
         let less = |byte: u8| (u16::from(byte) * 11 / 20) as u8;
         Self(less(self.0), less(self.1), less(self.2))
     }
@@ -33,13 +33,13 @@ pub const WHITE: Rgb = Rgb(255, 255, 255);
 /// Text and the heaviest lines, sRGB. Chosen by eye, nearly black.
 pub const INK: Rgb = Rgb(26, 26, 26);
 /// Secondary text, sRGB. Chosen by eye.
-pub const MUTED: Rgb = Rgb(84, 84, 84);
+pub(crate) const MUTED: Rgb = Rgb(84, 84, 84);
 /// Axis lines and ticks, sRGB. Chosen by eye.
 pub const AXIS: Rgb = Rgb(90, 90, 90);
 /// Grid lines, sRGB. Chosen by eye.
-pub const GRID: Rgb = Rgb(225, 225, 225);
+pub(crate) const GRID: Rgb = Rgb(225, 225, 225);
 /// Every second row of a table, sRGB. Chosen by eye.
-pub const STRIPE: Rgb = Rgb(244, 244, 242);
+pub(crate) const STRIPE: Rgb = Rgb(244, 244, 242);
 
 // The palette of Okabe and Ito, "Color Universal Design" (2008), which stays apart for the common
 // kinds of colour blindness. Its yellow is kept for areas: a yellow line on white cannot be seen.
@@ -48,42 +48,42 @@ pub const ORANGE: Rgb = Rgb(230, 159, 0);
 /// Okabe-Ito sky blue.
 pub const SKY: Rgb = Rgb(86, 180, 233);
 /// Okabe-Ito bluish green.
-pub const GREEN: Rgb = Rgb(0, 158, 115);
+pub(crate) const GREEN: Rgb = Rgb(0, 158, 115);
 /// Okabe-Ito blue.
 pub const BLUE: Rgb = Rgb(0, 114, 178);
 /// Okabe-Ito vermillion.
-pub const VERMILLION: Rgb = Rgb(213, 94, 0);
+pub(crate) const VERMILLION: Rgb = Rgb(213, 94, 0);
 /// Okabe-Ito reddish purple.
-pub const PURPLE: Rgb = Rgb(204, 121, 167);
+pub(crate) const PURPLE: Rgb = Rgb(204, 121, 167);
 
 /// Area of acceptable conditions: bluish green, lightened so that text can be read on it.
-pub const ACCEPTABLE: Rgb = Rgb(134, 205, 180);
+pub(crate) const ACCEPTABLE: Rgb = Rgb(134, 205, 180);
 /// Area of uncertain conditions: pale yellow, chosen as the lightest of the three.
 pub const UNCERTAIN: Rgb = Rgb(255, 244, 190);
 /// Area of conditions that are not acceptable: vermillion, lightened a little, chosen as the darkest of the three.
-pub const NOT_ACCEPTABLE: Rgb = Rgb(214, 112, 48);
+pub(crate) const NOT_ACCEPTABLE: Rgb = Rgb(214, 112, 48);
 
 /// Font sizes in CSS pixels. Chosen by eye.
 pub mod size {
     /// Title of a figure.
-    pub const TITLE: f64 = 19.0;
+    pub(crate) const TITLE: f64 = 19.0;
     /// Axis titles and legends.
-    pub const BODY: f64 = 14.0;
+    pub(crate) const BODY: f64 = 14.0;
     /// Tick labels and table cells.
-    pub const TICK: f64 = 13.0;
+    pub(crate) const TICK: f64 = 13.0;
     /// Footer: fixed conditions, notes.
-    pub const FOOTER: f64 = 12.5;
+    pub(crate) const FOOTER: f64 = 12.5;
 }
 
 /// How a line is broken, as lengths on, off, on, off in CSS pixels; empty is unbroken.
-pub type Dash = &'static [f64];
+pub(crate) type Dash = &'static [f64];
 
 /// Unbroken.
 pub const SOLID: Dash = &[];
 /// Long dashes, CSS pixels. Chosen by eye.
 pub const DASHED: Dash = &[9.0, 5.0];
 /// Dots, CSS pixels. Chosen by eye.
-pub const DOTTED: Dash = &[2.0, 4.0];
+pub(crate) const DOTTED: Dash = &[2.0, 4.0];
 
 /// Dashes of curves in turn, CSS pixels. Chosen by eye.
 const DASHES: [Dash; 5] = [SOLID, DASHED, &[10.0, 4.0, 2.0, 4.0], DOTTED, &[5.0, 3.0]];
@@ -237,7 +237,7 @@ const SEQUENCE: [Rgb; 7] =
     [Rgb(13, 8, 135), Rgb(92, 1, 166), Rgb(156, 23, 158), Rgb(204, 71, 120), Rgb(237, 121, 83), Rgb(253, 180, 47), Rgb(240, 249, 33)];
 
 /// The colour of a value at share `t` of its range, 0 to 1.
-pub fn sequential(t: f64) -> Rgb {
+pub(crate) fn sequential(t: f64) -> Rgb {
     let t = if t.is_finite() { t.clamp(0.0, 1.0) } else { 0.0 } * (SEQUENCE.len() - 1) as f64;
     let i = (t as usize).min(SEQUENCE.len() - 2);
     let (a, b, share) = (SEQUENCE[i], SEQUENCE[i + 1], t - i as f64);

@@ -5,7 +5,7 @@ use super::style::Rgb;
 use coldplate_base::error::Result;
 
 /// A point in the surface's coordinates.
-pub type Pixel = (i32, i32);
+pub(crate) type Pixel = (i32, i32);
 
 /// Anchor of a text: the point that its position names.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -21,7 +21,7 @@ const PLOTTERS_EM: f64 = 1.24;
 const TOP_TO_BASELINE: f64 = 0.76;
 
 /// An SVG being drawn.
-pub struct Vector<'a> {
+pub(crate) struct Vector<'a> {
     backend: SVGBackend<'a>,
     lengths: Vec<f64>,
 }

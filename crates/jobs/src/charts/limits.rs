@@ -14,7 +14,7 @@ pub(super) fn listed(names: impl Iterator<Item = String>) -> String {
 }
 
 /// Every limit: its name, and the allowed value with its points, in words.
-pub fn worded(surrogate: &Surrogate<'_>) -> Vec<(String, String)> {
+pub(crate) fn worded(surrogate: &Surrogate<'_>) -> Vec<(String, String)> {
     let variables = condition::variables(surrogate);
     let point = |p: usize| surrogate.point(p).map_or(String::new(), |p| p.name.to_string());
     let unit = |p: usize| surrogate.point(p).map_or("", |p| p.unit);

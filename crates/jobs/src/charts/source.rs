@@ -15,7 +15,7 @@ use coldplate_tables::Table;
 
 /// Source of a surrogate.
 #[derive(Debug, Clone)]
-pub enum SurrogateSource {
+pub(crate) enum SurrogateSource {
     /// The designs of a sweep.
     Sweep(PathBuf),
     /// A surrogate file, and tables to compare it with.
@@ -123,7 +123,7 @@ impl Opened {
     }
 
     /// Reports of the fit, if it was made here.
-    pub fn reports(&self) -> &[PointReport] {
+    pub(crate) fn reports(&self) -> &[PointReport] {
         match self {
             Self::Sweep(found) => found.fitted.as_ref().map_or(&[], |f| &f.fit.points),
             Self::File { .. } => &[],

@@ -19,7 +19,7 @@ const TOGETHER: f64 = 2e-6;
 const FREE: f64 = 1e-9;
 
 /// A spring between two places.
-pub struct Spring {
+pub(crate) struct Spring {
     /// Corners with their weights: the first place counts positive, the second negative.
     pub ends: [(u32, f64); 8],
     /// Stiffness along x, y, z, N/m.
@@ -33,7 +33,7 @@ pub struct Spring {
 }
 
 /// The grids that take part, and the joints that hold them together.
-pub struct ElasticBodies {
+pub(crate) struct ElasticBodies {
     /// A number for all grids that move as one; `None` for grids that take no part.
     body: Vec<Option<usize>>,
     /// Springs between cells.

@@ -7,12 +7,12 @@ use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use coldplate_base::error::{Error, Result};
 
 /// Corners of a brick: the first local axis counts fastest.
-pub type Corners = [[f64; 3]; 8];
+pub(crate) type Corners = [[f64; 3]; 8];
 
 /// Stiffness of a brick, N/m, by corner and axis; condensed, so that its inner modes do not show.
-pub type Stiffness = SMatrix<f64, 24, 24>;
+pub(crate) type Stiffness = SMatrix<f64, 24, 24>;
 /// Force of a brick's expansion against its neighbours, N/K: by corner and axis, for a warmer corner each.
-pub type Expansion = SMatrix<f64, 24, 8>;
+pub(crate) type Expansion = SMatrix<f64, 24, 8>;
 
 type Inner = SMatrix<f64, 9, 9>;
 type Strain = SMatrix<f64, 6, 24>;
@@ -20,7 +20,7 @@ type InnerStrain = SMatrix<f64, 6, 9>;
 
 /// Elastic and thermal constants of a solid.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ElasticConstants {
+pub(crate) struct ElasticConstants {
     /// Young's modulus, Pa.
     pub modulus: f64,
     /// Poisson's ratio.

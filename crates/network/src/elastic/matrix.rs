@@ -8,7 +8,7 @@ const CHUNK: usize = 1024;
 
 /// Stiffness of a structure, N/m. Rows of held directions are those of the unit matrix.
 #[derive(Debug, Clone)]
-pub struct Matrix {
+pub(crate) struct Matrix {
     /// First block of each node's row, and one past the last.
     starts: Vec<usize>,
     /// Node of each block, ascending in a row.
@@ -19,7 +19,7 @@ pub struct Matrix {
 }
 
 /// A vector with three entries for each node.
-pub type NodeVectors = Vec<Vector3<f64>>;
+pub(crate) type NodeVectors = Vec<Vector3<f64>>;
 
 impl Matrix {
     /// A zero matrix in which the nodes of every group are coupled.

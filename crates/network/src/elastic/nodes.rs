@@ -64,7 +64,7 @@ impl<'a> Nodes<'a> {
     }
 
     /// Corners of a grid with their local indices.
-    pub fn of_grid(&self, g: usize) -> impl Iterator<Item = (u32, [usize; 3])> + '_ {
+    pub(crate) fn of_grid(&self, g: usize) -> impl Iterator<Item = (u32, [usize; 3])> + '_ {
         let n = [0, 1, 2].map(|d| along(&self.mesh.grids[g], d));
         (0..n[0] * n[1] * n[2]).map(move |i| ((self.first[g] + i) as u32, [i % n[0], i / n[0] % n[1], i / (n[0] * n[1])]))
     }
@@ -86,7 +86,7 @@ impl<'a> Nodes<'a> {
     }
 
     /// The corners of a cell's face with their places.
-    pub fn of_face(&self, g: usize, c: [usize; 3], side: Side) -> [(u32, [f64; 3]); 4] {
+    pub(crate) fn of_face(&self, g: usize, c: [usize; 3], side: Side) -> [(u32, [f64; 3]); 4] {
         let (d, [p, q]) = (side.axis(), tangents(side.axis()));
         [[0, 0], [1, 0], [0, 1], [1, 1]].map(|[i, j]| {
             let mut at = c;

@@ -22,7 +22,7 @@ const SLACK: f64 = 1e-9;
 type Motions = SMatrix<f64, 3, 6>;
 
 /// A structure ready to be solved for any forces.
-pub struct ElasticSolver {
+pub(crate) struct ElasticSolver {
     matrix: Matrix,
     /// Box of each node, and the rigid motions of that box at the node.
     motions: Vec<(u32, Motions)>,

@@ -16,7 +16,7 @@ const FACETS: usize = 6;
 
 /// Points and polyhedra.
 #[derive(Debug, Clone, Default)]
-pub struct Drawing {
+pub(crate) struct Drawing {
     /// Coordinates, m, three by three.
     pub points: Vec<f32>,
     /// Points of the polyhedra, one after the other.

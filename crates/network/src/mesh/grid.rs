@@ -321,7 +321,7 @@ impl Grid {
 
     /// Weights (cell, weight) of the temperature on a cell's face at `side`, extrapolated linearly from
     /// the two cells nearest to it.
-    pub fn surface_weights(&self, c: [usize; 3], side: Side) -> Vec<(usize, f64)> {
+    pub(crate) fn surface_weights(&self, c: [usize; 3], side: Side) -> Vec<(usize, f64)> {
         let d = side.axis();
         let face = self.edges[d][c[d] + usize::from(side.is_high())];
         let along = self.interpolate_axis(d, face);
@@ -337,7 +337,7 @@ impl Grid {
 
     /// Position of a coordinate `x` along local axis `d` between the middle of an outermost cell and its face: 0 in the middle, 1 on
     /// the face. Temperature changes evenly in it, as [`Self::half_length`] has it.
-    pub fn share_to_face(&self, d: usize, x: f64, centre: f64, face: f64) -> f64 {
+    pub(crate) fn share_to_face(&self, d: usize, x: f64, centre: f64, face: f64) -> f64 {
         (self.scale(d, x) - self.scale(d, centre)) / (self.scale(d, face) - self.scale(d, centre))
     }
 

@@ -221,7 +221,7 @@ impl Mesh {
     }
 
     /// Every open cell face of a machine face: (grid, cell indices, area m²).
-    pub fn open_cells(&self, face: Face) -> Vec<(usize, [usize; 3], f64)> {
+    pub(crate) fn open_cells(&self, face: Face) -> Vec<(usize, [usize; 3], f64)> {
         self.grids_of(face.part)
             .filter(|(_, g)| face.block.is_none_or(|b| b == g.block))
             .flat_map(|(i, _)| self.open_faces(i, face.side).map(move |(c, area)| (i, c, area)))

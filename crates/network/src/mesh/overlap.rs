@@ -6,7 +6,7 @@ use super::grid::{Grid, LocalFrame, tangents};
 use coldplate_describe::machine::{CoordinateAxis, Side};
 
 /// Faces closer than this touch, m. Chosen: gaps against rounding of coordinates.
-pub const TOUCHING: f64 = 1e-6;
+pub(crate) const TOUCHING: f64 = 1e-6;
 
 /// A pair of cells and the area they share.
 #[derive(Debug, Clone, Copy, PartialEq)]

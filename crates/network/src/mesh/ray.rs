@@ -106,7 +106,7 @@ impl Scene {
 
     /// The first surface a ray from outside all of them meets: index of the solid, its side, the distance in
     /// lengths of `direction`.
-    pub fn first_hit(&self, origin: [f64; 3], direction: [f64; 3]) -> Option<(usize, Side, f64)> {
+    pub(crate) fn first_hit(&self, origin: [f64; 3], direction: [f64; 3]) -> Option<(usize, Side, f64)> {
         let inverse = direction.map(|d| 1.0 / d);
         let mut nearest: Option<(usize, Side, f64)> = None;
         // The depth of the tree is the logarithm of the number of solids: 64 is never reached.

@@ -29,7 +29,7 @@ pub struct Before {
 
 impl Before {
     /// Whether it ended at this time in this condition.
-    pub fn ended_at(&self, time: f64, load: &Load) -> bool {
+    pub(crate) fn ended_at(&self, time: f64, load: &Load) -> bool {
         let is_same = |(a, b): (&f64, &f64)| (a - b).abs() <= SAME * a.abs().max(b.abs());
         self.time == time && self.variables.iter().zip(&load.variables).all(is_same)
     }

@@ -106,7 +106,7 @@ impl Modes {
     }
 
     /// Whether heats and given temperatures run straight between two loads, from the load half way.
-    pub fn is_straight(begin: &Load, middle: &Load, end: &Load) -> bool {
+    pub(crate) fn is_straight(begin: &Load, middle: &Load, end: &Load) -> bool {
         let straight = |a: &[f64], m: &[f64], b: &[f64]| {
             a.iter().zip(m).zip(b).all(|((a, m), b)| (0.5 * (a + b) - m).abs() <= STRAIGHT * (a.abs() + b.abs()))
         };

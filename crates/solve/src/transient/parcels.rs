@@ -25,7 +25,7 @@ pub struct Inflow {
 /// Parcels from inlet to outlet.
 pub type Parcels = Vec<Parcel>;
 /// Water that enters or leaves during an interval, in the order of time.
-pub type Inflows = Vec<Inflow>;
+pub(crate) type Inflows = Vec<Inflow>;
 
 impl Parcel {
     /// A volume (m³) of one temperature (K).

@@ -93,7 +93,7 @@ impl Passage {
     }
 
     /// This passage without dissipation.
-    pub fn calm(&self) -> Self {
+    pub(crate) fn calm(&self) -> Self {
         Self { dissipation: vec![0.0; self.dissipation.len()], ..self.clone() }
     }
 
@@ -128,7 +128,7 @@ impl Passage {
     }
 
     /// The next place downstream of `start` where a piece must end: a station's end, or a place that reaches one in the interval.
-    pub fn next_cut(&self, start: f64, near: &mut Nearest) -> f64 {
+    pub(crate) fn next_cut(&self, start: f64, near: &mut Nearest) -> f64 {
         let (content, moved, tiny) = (self.content(), self.moved(), self.tiny());
         // Water that passes all stations within the interval sees all of them wherever it starts.
         let after = |x: f64, near: &mut usize| {

@@ -207,7 +207,7 @@ impl WaterPlan {
     }
 
     /// Shares of the water that leaves, without temperatures.
-    pub fn empty_outflow(&self) -> Inflows {
+    pub(crate) fn empty_outflow(&self) -> Inflows {
         self.outflow(&vec![0.0; self.marks.len()])
     }
 

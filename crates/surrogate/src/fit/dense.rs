@@ -8,7 +8,7 @@ use nalgebra::DMatrix;
 const LEAF: usize = 24;
 
 /// The inverse of a symmetric positive definite matrix and the logarithm of its determinant.
-pub struct SpdInverse {
+pub(crate) struct SpdInverse {
     /// M⁻¹, symmetric.
     pub inverse: DMatrix<f64>,
     /// L⁻¹ with M = L Lᵀ. Solving by L⁻ᵀ (L⁻¹ y) leaves a residual of order sqrt(cond M) eps, by M⁻¹ y of order cond M eps.
@@ -25,7 +25,7 @@ impl SpdInverse {
 }
 
 /// Inverts `m`, of which the lower triangle is read. `None` when it is not positive definite to working precision.
-pub fn invert_spd(m: &DMatrix<f64>) -> Option<SpdInverse> {
+pub(crate) fn invert_spd(m: &DMatrix<f64>) -> Option<SpdInverse> {
     let n = m.nrows();
     let mut log_determinant = 0.0;
     let lower = inverse_factor(m.clone(), &mut log_determinant)?;
@@ -88,7 +88,7 @@ fn leaf(mut l: DMatrix<f64>, log_determinant: &mut f64) -> Option<DMatrix<f64>> 
 
 /// Unit vectors v of Householder reflections H = I - 2 v vᵀ whose product Hₚ...H₁ turns the columns of a matrix into an
 /// upper triangle. The rows below it span the complement of the columns.
-pub struct Reflections(Vec<Vec<f64>>);
+pub(crate) struct Reflections(Vec<Vec<f64>>);
 
 impl Reflections {
     /// Reflections of the columns of a matrix; `None` if they depend on each other.
@@ -121,14 +121,14 @@ impl Reflections {
     }
 
     /// Hₚ...H₁ Y for every column of `y`, without the first p rows.
-    pub fn reduce_columns(&self, mut y: DMatrix<f64>) -> DMatrix<f64> {
+    pub(crate) fn reduce_columns(&self, mut y: DMatrix<f64>) -> DMatrix<f64> {
         let n = y.nrows();
         y.as_mut_slice().chunks_exact_mut(n).for_each(|column| self.apply(column));
         y.rows(self.0.len(), n - self.0.len()).into_owned()
     }
 
     /// The way back: H₁...Hₚ [0; Z] for every column.
-    pub fn expand_columns(&self, z: &DMatrix<f64>) -> DMatrix<f64> {
+    pub(crate) fn expand_columns(&self, z: &DMatrix<f64>) -> DMatrix<f64> {
         let n = z.nrows() + self.0.len();
         let mut y = DMatrix::zeros(n, z.ncols());
         y.rows_mut(self.0.len(), z.nrows()).copy_from(z);
@@ -151,7 +151,7 @@ impl Reflections {
     }
 
     /// The way back: H₁...Hₚ [0 0; 0 M] Hₚ...H₁.
-    pub fn expand(&self, m: &DMatrix<f64>) -> DMatrix<f64> {
+    pub(crate) fn expand(&self, m: &DMatrix<f64>) -> DMatrix<f64> {
         let p = self.0.len();
         let n = m.nrows() + p;
         let mut k = DMatrix::zeros(n, n);

@@ -7,7 +7,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// high + low, |low| at most half a unit in the last place of high.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct DoubleDouble {
+pub(crate) struct DoubleDouble {
     high: f64,
     low: f64,
 }

@@ -7,7 +7,7 @@ use super::model::{Kernel, Miss, PointModel, PolynomialSpec, SurrogateSpec, Tran
 use coldplate_base::error::{Error, Result};
 
 /// g(x) of a transform.
-pub fn transformed(transform: Transform, x: f64) -> f64 {
+pub(crate) fn transformed(transform: Transform, x: f64) -> f64 {
     match transform {
         Transform::Identity => x,
         Transform::Reciprocal => 1.0 / x,

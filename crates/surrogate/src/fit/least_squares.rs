@@ -14,7 +14,7 @@ const DEPENDENT: f64 = 1e-13;
 
 /// Orthonormal columns q_j and the triangular factor r that rebuilds the columns they came from.
 #[derive(Debug, Clone, Default)]
-pub struct Orthonormal {
+pub(crate) struct Orthonormal {
     q: Vec<Vec<f64>>,
     r: Vec<Vec<f64>>,
 }
@@ -54,17 +54,12 @@ impl Orthonormal {
     }
 
     /// Number of columns.
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.q.len()
     }
 
-    /// Whether there are no columns.
-    pub fn is_empty(&self) -> bool {
-        self.q.is_empty()
-    }
-
     /// Subtracts from `y` its projection on the columns, and returns the coefficients of the projection in the q_j.
-    pub fn project_out(&self, y: &mut [f64]) -> Vec<f64> {
+    pub(crate) fn project_out(&self, y: &mut [f64]) -> Vec<f64> {
         let mut c = vec![0.0; self.q.len()];
         for _ in 0..2 {
             for (q, c) in self.q.iter().zip(&mut c) {
@@ -77,7 +72,7 @@ impl Orthonormal {
     }
 
     /// Diagonal of the hat matrix, one value in [0, 1] per row.
-    pub fn leverages(&self, rows: usize) -> Vec<f64> {
+    pub(crate) fn leverages(&self, rows: usize) -> Vec<f64> {
         let mut h = vec![0.0; rows];
         for q in &self.q {
             h.iter_mut().zip(q).for_each(|(h, q)| *h += q * q);
@@ -86,7 +81,7 @@ impl Orthonormal {
     }
 
     /// Turns coefficients in the q_j into coefficients of the columns as given: solves R x = c.
-    pub fn back_substitute(&self, c: &[f64]) -> Vec<f64> {
+    pub(crate) fn back_substitute(&self, c: &[f64]) -> Vec<f64> {
         let mut x = c.to_vec();
         for j in (0..x.len().min(self.r.len())).rev() {
             x[j] /= self.r[j][j];
@@ -202,7 +197,7 @@ fn accurate_residuals(columns: &[Vec<DoubleDouble>], coefficients: &[DoubleDoubl
 }
 
 /// Largest magnitude; a value that is not a number counts as infinite.
-pub fn max_abs(values: &[f64]) -> f64 {
+pub(crate) fn max_abs(values: &[f64]) -> f64 {
     values.iter().map(|x| if x.is_nan() { f64::INFINITY } else { x.abs() }).fold(0.0, f64::max)
 }
 

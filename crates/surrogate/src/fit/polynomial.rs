@@ -31,7 +31,7 @@ const PATIENCE: usize = 12;
 
 /// A polynomial as fitted, before expansion.
 #[derive(Debug, Clone)]
-pub struct FittedPolynomial {
+pub(crate) struct FittedPolynomial {
     /// One per variable.
     pub transforms: Vec<Transform>,
     /// Legendre degrees, one row per term.
@@ -55,7 +55,7 @@ impl FittedPolynomial {
     }
 
     /// The polynomial in monomials of the scaled variables, terms by total degree.
-    pub fn expanded(&self) -> PolynomialSpec {
+    pub(crate) fn expanded(&self) -> PolynomialSpec {
         let mut sums: std::collections::BTreeMap<(usize, Vec<u8>), f64> = std::collections::BTreeMap::new();
         for (term, c) in self.terms.iter().zip(&self.coefficients) {
             let mut parts = vec![(Vec::new(), *c)];
@@ -83,7 +83,7 @@ impl FittedPolynomial {
 
 /// The dictionary of the search.
 #[derive(Debug, Clone, Copy)]
-pub struct PolynomialSearch<'a> {
+pub(crate) struct PolynomialSearch<'a> {
     /// The variables, with their ranges.
     pub variables: &'a [VariableSpec],
     /// Whether each variable varies; the others never enter.
@@ -183,7 +183,7 @@ impl PolynomialSearch<'_> {
 
     /// Root mean square leave-one-out error of the full polynomial of moderate degree (a quarter as many terms as rows),
     /// for each combination of transforms and each output: `scores[combination][output]`.
-    pub fn transform_scores(&self, rows: &[&[f64]], outputs: &[Vec<f64>]) -> Vec<(Vec<Transform>, Vec<f64>)> {
+    pub(crate) fn transform_scores(&self, rows: &[&[f64]], outputs: &[Vec<f64>]) -> Vec<(Vec<Transform>, Vec<f64>)> {
         let terms = self.terms(self.degree_within(rows.len() / 4));
         self.transforms(rows)
             .into_iter()

@@ -189,7 +189,7 @@ impl RbfSystem {
     }
 
     /// Mean over outputs of ln(mean squared left-out residual): the score of kernels, tails and transforms.
-    pub fn left_out_score(&self, kernel: Kernel, scales: &[f64], smoothing: f64) -> Option<f64> {
+    pub(crate) fn left_out_score(&self, kernel: Kernel, scales: &[f64], smoothing: f64) -> Option<f64> {
         let f = self.factor(&self.kernel_matrix(kernel, scales), smoothing)?;
         let n = self.rows.len();
         let mean = |o: usize| (0..n).map(|i| (f.w[(i, o)] / f.p[(i, i)]).powi(2)).sum::<f64>() / n as f64;
@@ -240,7 +240,7 @@ impl RbfSystem {
     }
 
     /// Whether rounding in a query stays small.
-    pub fn is_well_conditioned(&self, solved: &RbfSolution) -> bool {
+    pub(crate) fn is_well_conditioned(&self, solved: &RbfSolution) -> bool {
         let sum = |w: &[f64]| w.iter().map(|w| w.abs()).sum::<f64>();
         solved.weights.iter().zip(&self.outputs).all(|(w, y)| sum(w) <= MOST_WEIGHT * max_abs(y).max(1.0))
     }

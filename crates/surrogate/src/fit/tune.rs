@@ -46,7 +46,7 @@ impl Tuned {
 }
 
 /// Tunes from scratch: a few steps from each starting point, then on from the best.
-pub fn tune(system: &RbfSystem, kernel: Kernel, criterion: Criterion, steps: usize) -> Option<Tuned> {
+pub(crate) fn tune(system: &RbfSystem, kernel: Kernel, criterion: Criterion, steps: usize) -> Option<Tuned> {
     let start = |(scale, smoothing): &(f64, f64)| {
         let mut p = vec![scale.ln(); system.active().len()];
         p.push(smoothing.ln());
@@ -57,7 +57,7 @@ pub fn tune(system: &RbfSystem, kernel: Kernel, criterion: Criterion, steps: usi
 }
 
 /// Tunes from parameters that are nearly right.
-pub fn retune(system: &RbfSystem, kernel: Kernel, criterion: Criterion, begin: &[f64], steps: usize) -> Option<Tuned> {
+pub(crate) fn retune(system: &RbfSystem, kernel: Kernel, criterion: Criterion, begin: &[f64], steps: usize) -> Option<Tuned> {
     let (_, parameters) = search(system, kernel, begin, criterion, steps)?;
     scored(system, kernel, parameters)
 }

@@ -68,7 +68,7 @@ const TREND: f64 = 100.0;
 
 /// Distance of conditions from known rows (both in scaled variables): the standard deviation of a reference Gaussian process of
 /// length one with a linear trend. No values enter, so it is the same for every output of a table.
-pub fn remoteness(known: &[Vec<f64>], asked: &[Vec<f64>]) -> Option<Vec<f64>> {
+pub(crate) fn remoteness(known: &[Vec<f64>], asked: &[Vec<f64>]) -> Option<Vec<f64>> {
     let inverse = reference_system(known)?;
     let explained = &inverse.factor * DMatrix::from_fn(known.len(), asked.len(), |i, j| reference(&known[i], &asked[j]));
     let variance = |(j, u): (usize, &Vec<f64>)| reference(u, u) - explained.column(j).norm_squared();
@@ -76,7 +76,7 @@ pub fn remoteness(known: &[Vec<f64>], asked: &[Vec<f64>]) -> Option<Vec<f64>> {
 }
 
 /// Distance of each of `known` from all the others, in the sense of [`remoteness`].
-pub fn remoteness_of_each(known: &[Vec<f64>]) -> Option<Vec<f64>> {
+pub(crate) fn remoteness_of_each(known: &[Vec<f64>]) -> Option<Vec<f64>> {
     let inverse = reference_system(known)?.inverse;
     Some((0..known.len()).map(|i| (1.0 / inverse[(i, i)]).max(NUGGET).sqrt()).collect())
 }
@@ -101,7 +101,7 @@ fn reference_system(known: &[Vec<f64>]) -> Option<SpdInverse> {
 /// Remoteness of conditions: of held-out residuals from the rows of the other folds, and of conditions to be asked about from all
 /// rows.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Remoteness {
+pub(crate) struct Remoteness {
     /// Remoteness, one per residual.
     pub held_out: Vec<f64>,
     /// Remoteness of conditions spread over the range.
@@ -115,7 +115,7 @@ pub struct Remoteness {
 /// Gammerman, Vovk 2008). The half width is the least that covers the share `coverage` of n + 1 residuals, one of them infinite,
 /// times the remoteness of the conditions asked about. If there are fewer residuals than this needs, [`half_width`] treats them as
 /// they are.
-pub fn half_width_of_few(residuals: &[f64], remoteness: &Remoteness, coverage: f64) -> f64 {
+pub(crate) fn half_width_of_few(residuals: &[f64], remoteness: &Remoteness, coverage: f64) -> f64 {
     let scores: Vec<f64> = residuals.iter().zip(&remoteness.held_out).map(|(e, d)| e.abs() / d).collect();
     let mut asked = remoteness.asked.clone();
     asked.sort_by(f64::total_cmp);

@@ -60,7 +60,7 @@ pub(super) fn no_conditions() -> Error {
 
 /// Some lines of a file.
 #[derive(Debug)]
-pub struct LinePiece {
+pub(crate) struct LinePiece {
     /// Number of the first line, from 1.
     first: usize,
     text: String,
@@ -76,7 +76,7 @@ impl LinePiece {
 
 /// The lines of a file, in pieces.
 #[derive(Debug)]
-pub struct LinePieces<R> {
+pub(crate) struct LinePieces<R> {
     reader: R,
     done: usize,
 }
@@ -154,7 +154,7 @@ impl<R: BufRead> LinePieces<R> {
 /// `coolant_flow [L/min]`; cells of a column without a unit carry their own. Variables that are the same in every row may
 /// be given beside the file. A column `test` labels the rows. Columns named after measurement points are measurements,
 /// and are passed over.
-pub struct BatchHeader<'a> {
+pub(crate) struct BatchHeader<'a> {
     surrogate: &'a Surrogate<'a>,
     variables: Vec<Variable<'a>>,
     columns: Vec<Column>,
@@ -179,7 +179,7 @@ impl<'a> BatchHeader<'a> {
     }
 
     /// Whether the rows have labels.
-    pub fn is_labelled(&self) -> bool {
+    pub(crate) fn is_labelled(&self) -> bool {
         self.columns.iter().any(|column| matches!(column, Column::Label))
     }
 

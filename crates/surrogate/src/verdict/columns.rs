@@ -57,7 +57,7 @@ impl Column {
 }
 
 /// The columns of a table of answers.
-pub struct AnswerColumns<'a> {
+pub(crate) struct AnswerColumns<'a> {
     surrogate: &'a Surrogate<'a>,
     chosen: Vec<Column>,
     half_widths: Vec<f64>,
@@ -69,13 +69,13 @@ pub struct AnswerColumns<'a> {
 
 /// Memory for the answer at one condition.
 #[derive(Debug, Default)]
-pub struct AnswerMemory {
+pub(crate) struct AnswerMemory {
     values: Vec<f64>,
     bands: Vec<Band>,
 }
 
 /// The answer at one condition, for the columns to choose from.
-pub struct ConditionAnswer<'r> {
+pub(crate) struct ConditionAnswer<'r> {
     label: Option<&'r str>,
     x: &'r [f64],
     values: &'r [f64],

@@ -190,7 +190,7 @@ impl SurrogateAnswer {
     }
 
     /// The answer to a row of a table of conditions, for other programs.
-    pub fn record_of_row(&self, surrogate: &Surrogate<'_>, row: &BatchRow) -> QueryRecord {
+    pub(crate) fn record_of_row(&self, surrogate: &Surrogate<'_>, row: &BatchRow) -> QueryRecord {
         let value =
             |(v, x): (coldplate_runtime::Variable<'_>, &f64)| (v.name.to_owned(), ValueRecord { value: *x, unit: v.unit.to_owned() });
         let condition = condition::variables(surrogate).into_iter().zip(&row.condition).map(value).collect();

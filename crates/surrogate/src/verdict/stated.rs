@@ -11,10 +11,10 @@ use coldplate_base::error::{Error, Result};
 use coldplate_base::numbers::significant;
 
 /// A stated value: a name, and a value with its unit.
-pub type StatedValue = (String, String);
+pub(crate) type StatedValue = (String, String);
 
 /// Whether a name is that of an uncertain parameter of a surrogate.
-pub fn is_parameter(surrogate: &Surrogate<'_>, name: &str) -> bool {
+pub(crate) fn is_parameter(surrogate: &Surrogate<'_>, name: &str) -> bool {
     surrogate.uncertainty().is_some_and(|own| own.parameters().any(|p| p.name == name))
 }
 

@@ -41,7 +41,7 @@ impl LinearPower {
     pub const COEFFICIENT: &str = "temperature_coefficient";
 
     /// The law with all keys at their defaults: the power is constant.
-    pub const UNSTATED: Self = Self { coefficient: 0.0, reference: 293.15 };
+    pub(crate) const UNSTATED: Self = Self { coefficient: 0.0, reference: 293.15 };
 
     /// Derivative of the power with respect to the coefficient, W K, at a temperature (K) at which the power is not
     /// zero.

@@ -44,7 +44,7 @@ pub fn area(polygon: &[Corner]) -> f64 {
 
 /// Points and weights that integrate quadratic functions over a polygon exactly: a fan of triangles with the
 /// midpoints of their edges. The weights sum to the area; some are negative where the polygon is not convex.
-pub fn quadrature(polygon: &[Corner]) -> Vec<(Corner, f64)> {
+pub(crate) fn quadrature(polygon: &[Corner]) -> Vec<(Corner, f64)> {
     let mut found = Vec::new();
     let Some(a) = polygon.first() else { return found };
     for pair in polygon[1..].windows(2) {
@@ -59,7 +59,7 @@ pub fn quadrature(polygon: &[Corner]) -> Vec<(Corner, f64)> {
 }
 
 /// The three linear shape functions of a triangle at a point.
-pub fn shape_functions(t: &[Corner; 3], at: &Corner) -> [f64; 3] {
+pub(crate) fn shape_functions(t: &[Corner; 3], at: &Corner) -> [f64; 3] {
     let twice = area(t) * 2.0;
     let part = |b: &Corner, c: &Corner| ((b[0] - at[0]) * (c[1] - at[1]) - (b[1] - at[1]) * (c[0] - at[0])) / twice;
     let (u, v) = (part(&t[1], &t[2]), part(&t[2], &t[0]));

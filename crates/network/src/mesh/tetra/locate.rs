@@ -10,7 +10,7 @@ const INSIDE: f64 = 1e-9;
 
 /// Tetrahedra by bin.
 #[derive(Debug, Clone, Default)]
-pub struct Locator {
+pub(crate) struct Locator {
     low: [f64; 3],
     size: f64,
     n: [usize; 3],

@@ -73,7 +73,7 @@ impl Tetra {
     }
 
     /// Twice the area of a boundary triangle times its outward unit normal, m².
-    pub fn face_normal(&self, face: usize) -> [f64; 3] {
+    pub(crate) fn face_normal(&self, face: usize) -> [f64; 3] {
         let [a, b, c] = self.triangle(face);
         cross(minus(b, a), minus(c, a))
     }
