@@ -139,7 +139,7 @@ pub fn draw(seed: u64) -> Drawn {
         sensors: sensors.clone(),
         names: names.clone(),
         rows: rows.iter().filter(|row| seen(row) == is).cloned().collect(),
-        notes: Vec::new(),
+        ..Data::default()
     };
     let (mut data, unseen) = (part(true), part(false));
     let floor = {
@@ -265,7 +265,7 @@ fn made(
     }
     let (rows, heats): (Vec<ReadingRow>, Vec<f64>) = real.into_iter().unzip();
     let names = sensors.iter().map(|s| study.model.machine.sensors[*s].name.clone()).collect();
-    let data = Data { source: "a twin".into(), sensors: sensors.to_vec(), names, rows, notes: Vec::new() };
+    let data = Data { source: "a twin".into(), sensors: sensors.to_vec(), names, rows, ..Data::default() };
     Truth { study: truth, data, kept: fine.kept, heats: scatter.map(|_| heats) }
 }
 

@@ -58,7 +58,7 @@ impl Readings<'_> {
             names: machine.sensors.iter().map(|s| s.name.clone()).collect(),
             sensors: sensors.clone(),
             rows: self.rows.iter().map(row).collect(),
-            notes: Vec::new(),
+            ..Data::default()
         };
         let values = identify::values(&truth, &data, Start::Steady)?;
         let mut random = Random::new(self.seed);

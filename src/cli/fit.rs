@@ -61,7 +61,8 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         check_ending(path)?;
     }
     let model = args.dynamics.as_deref().map(reduced_model).transpose()?;
-    let mut samples = Table::read(&args.table)?;
+    let (mut samples, ledger) = Table::read_with_ledger(&args.table)?;
+    ledger.sentences().iter().for_each(|sentence| out.note(&format!("note: {sentence}")));
     for name in &args.ignored {
         samples.column(name)?;
     }
@@ -118,7 +119,9 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         format!("over time: {} states, points within {} to {} {unit}\n", own.states, significant(least, 2), significant(most, 2))
     });
     let text = format!("{}\n{}wrote {} ({bytes} bytes)\n", table(heading, &rows), moves.unwrap_or_default(), path.display());
-    out.report(&text, &FitRecord::of(&fit, &path, bytes, start.elapsed().as_secs_f64()));
+    let mut record = FitRecord::of(&fit, &path, bytes, start.elapsed().as_secs_f64());
+    record.account = Some(ledger);
+    out.report(&text, &record);
     Ok(0)
 }
 

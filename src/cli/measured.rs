@@ -5,7 +5,7 @@ use std::path::Path;
 use super::output::Output;
 use coldplate_base::error::Result;
 use coldplate_describe::machine::Machine;
-use coldplate_evidence::given::stated;
+use coldplate_evidence::command_input::stated;
 use coldplate_evidence::measurement::{Data, MeasurementUncertainty};
 
 /// Uncertainty of the readings: from `DATA.toml` beside the table, or default values, with a note.

@@ -37,6 +37,7 @@ use std::process::ExitCode;
 
 use clap::{FromArgMatches, Parser, Subcommand};
 
+use coldplate_base::error::{Error, Result, panic_text};
 use output::Output;
 
 /// Temperatures of a water-cooled machine in vacuum: solve, sweep, fit, chart, query.
@@ -127,7 +128,18 @@ pub fn main() -> ExitCode {
         // Fails only if a pool exists already, which nothing before this line makes.
         let _ = rayon::ThreadPoolBuilder::new().num_threads(n.into()).build_global();
     }
-    let result = match &cli.command {
+    match whole(|| run(&cli.command, out)) {
+        Ok(status) => ExitCode::from(status),
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::from(error.exit_status())
+        }
+    }
+}
+
+/// Runs a command.
+fn run(command: &Command, out: Output) -> Result<u8> {
+    match command {
         Command::Run(args) => run::run(args, out),
         Command::Check(args) => check::run(args, out),
         Command::Solve(args) => solve::run(args, out),
@@ -152,14 +164,15 @@ pub fn main() -> ExitCode {
         Command::Schema(args) => schema::run(args, out),
         Command::Completions(args) => completions::run(args, out),
         Command::Man(args) => man::run(args, out),
-    };
-    match result {
-        Ok(status) => ExitCode::from(status),
-        Err(error) => {
-            eprintln!("error: {error}");
-            ExitCode::from(error.exit_status())
-        }
     }
+}
+
+/// Does some work, and turns a panic in it into an error: a fault of the program ends with a message and its own status.
+fn whole(work: impl FnOnce() -> Result<u8>) -> Result<u8> {
+    std::panic::catch_unwind(std::panic::AssertUnwindSafe(work)).unwrap_or_else(|panic| {
+        let error = Error::numerics(format!("the program broke down: {}", panic_text(&*panic)));
+        Err(error.help("files that were written are whole, and a sweep goes on where it stopped; please report this with the input"))
+    })
 }
 
 /// Ends the program where arguments are refused; variables of a machine's own have no option of their own.

@@ -11,7 +11,7 @@ use coldplate_base::document::Document;
 use coldplate_base::error::{Error, Result};
 use coldplate_describe::machine::Machine;
 use coldplate_describe::machine::starters::{STARTERS, starter, sweep};
-use coldplate_evidence::given::must_be_new;
+use coldplate_evidence::command_input::must_be_new;
 
 /// A commented machine file to start from, and a sweep over it; both are complete: they check, solve and run as they are
 #[derive(Debug, clap::Args)]

@@ -8,8 +8,8 @@ use super::text::table;
 use coldplate_base::atomic_file;
 use coldplate_base::error::{Error, Result};
 use coldplate_base::units::Measurand;
-use coldplate_evidence::faults::{self, Fault};
-use coldplate_evidence::given;
+use coldplate_evidence::command_input;
+use coldplate_evidence::faulty_readings::{self, Fault};
 use coldplate_evidence::residuals::{PredictRecord, PredictedReadings, ResidualSpread};
 use coldplate_solve::study::Study;
 
@@ -53,7 +53,7 @@ const MOST_SHOWN: usize = 60;
 pub fn run(args: &Args, out: Output) -> Result<u8> {
     let sets = args.mesh.sets()?;
     let study = Study::read(&args.machine, &sets, args.mesh.cells)?;
-    let start = given::start(&args.from)?;
+    let start = command_input::start(&args.from)?;
     if let Some(path) = &args.out {
         if args.data.as_ref().is_some_and(|data| data.canonicalize().is_ok_and(|d| path.canonicalize().is_ok_and(|p| p == d))) {
             let error = Error::input("the data would be written over").in_file(path).at_key("--out");
@@ -61,14 +61,14 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         }
         atomic_file::check(path).map_err(|e| e.at_key("--out"))?;
     }
-    let mut data = given::data(args.data.as_deref(), &study.model.machine)?;
-    given::drop_sensors(&mut data, &args.without)?;
+    let mut data = command_input::data(args.data.as_deref(), &study.model.machine)?;
+    command_input::drop_sensors(&mut data, &args.without)?;
     if !args.use_tests.is_empty() {
         data = data.split(&args.use_tests)?.0;
     }
     data.notes.iter().for_each(|note| out.note(&format!("note: {note}")));
-    let uncertainty = given::stated(args.data.as_deref(), &args.machine, &data, &study.model.machine)?;
-    let faults = given::clear(&mut data, &study, &uncertainty, start, args.keep_all)?;
+    let uncertainty = command_input::stated(args.data.as_deref(), &args.machine, &data, &study.model.machine)?;
+    let faults = command_input::clear(&mut data, &study, &uncertainty, start, args.keep_all)?;
     let found = PredictedReadings::of(&study, data, start)?;
     if let Some(path) = &args.out {
         let series = found.table(&study)?;
@@ -79,7 +79,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         }
         out.note(&format!("wrote {}", path.display()));
     }
-    let text = if args.csv { found.table(&study)?.to_csv()? } else { faults::listed(&faults) + &text(&found, &study) };
+    let text = if args.csv { found.table(&study)?.to_csv()? } else { faulty_readings::listed(&faults) + &text(&found, &study) };
     let record = PredictRecord { faults: faults.iter().map(Fault::record).collect(), ..found.record(&study) };
     out.report(&text, &record);
     Ok(0)

@@ -1,6 +1,6 @@
 //! `coldplate update`: new readings into the parameters of a surrogate file.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use serde::Serialize;
 
@@ -11,13 +11,13 @@ use coldplate_base::error::Result;
 use coldplate_base::numbers::significant;
 use coldplate_base::units::{Dimension, convert, parse};
 use coldplate_describe::machine::Condition;
-use coldplate_evidence::faults::{self, Fault, FaultRecord};
+use coldplate_evidence::faulty_readings::{self, Fault, FaultRecord};
 use coldplate_evidence::measurement::{Data, ReadingRow};
 use coldplate_jobs::open;
 use coldplate_surrogate::verdict::instruments::Instruments;
 use coldplate_surrogate::verdict::update::{self, UpdateRecord};
 use coldplate_surrogate::verdict::{Surrogate, condition};
-use coldplate_tables::Table;
+use coldplate_tables::{Ledger, Table};
 
 /// Standard deviation of a reading, unless it is stated. Chosen: a usual temperature sensor.
 const USUAL_NOISE: &str = "0.1 K";
@@ -55,6 +55,8 @@ struct Told<'a> {
     update: &'a UpdateRecord,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     faults: Vec<FaultRecord>,
+    /// What was read of the data, and what was not.
+    account: &'a Ledger,
 }
 
 /// Runs the command.
@@ -65,10 +67,12 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let file = open(&args.surrogate)?;
     let surrogate = file.surrogate()?;
     let instruments = instruments(args, &surrogate)?;
-    let (mut data, lines) = read(&args.data)?;
+    let (mut data, ledger) = Table::read_with_ledger(&args.data)?;
+    ledger.sentences().iter().for_each(|sentence| out.note(&format!("note: {sentence}")));
+    let lines = &ledger.rows;
     let faults =
-        if args.keep_all { Vec::new() } else { clear(&mut data, &lines, &surrogate, &instruments).map_err(|e| e.in_file(&args.data))? };
-    let found = update::update(&file.bytes, &data, &lines, &instruments).map_err(|e| e.in_file(&args.data))?;
+        if args.keep_all { Vec::new() } else { clear(&mut data, lines, &surrogate, &instruments).map_err(|e| e.in_file(&args.data))? };
+    let found = update::update(&file.bytes, &data, lines, &instruments).map_err(|e| e.in_file(&args.data))?;
     let path = args.out.as_ref().unwrap_or(&args.surrogate);
     let is_written = !found.record.alarm || args.anyway;
     if is_written {
@@ -76,17 +80,9 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     }
     let last =
         if is_written { format!("wrote {}\n", path.display()) } else { "nothing was written; --anyway writes it all the same\n".into() };
-    let told = Told { update: &found.record, faults: faults.iter().map(Fault::record).collect() };
-    out.report(&(faults::listed(&faults) + &text(&found.record) + &last), &told);
+    let told = Told { update: &found.record, faults: faults.iter().map(Fault::record).collect(), account: &ledger };
+    out.report(&(faulty_readings::listed(&faults) + &text(&found.record) + &last), &told);
     Ok(u8::from(!is_written))
-}
-
-/// A table and the lines of its rows.
-fn read(path: &Path) -> Result<(Table, Vec<usize>)> {
-    let (table, mut lines) = Table::read_with_lines(path)?;
-    // The first line is the header.
-    lines.drain(..lines.len().min(1));
-    Ok((table, lines))
 }
 
 /// Empties the cells of a table with readings that no working sensor shows, by the tests of `predict`, beside the surrogate's answers;
@@ -130,14 +126,14 @@ fn clear(table: &mut Table, lines: &[usize], surrogate: &Surrogate<'_>, instrume
         sensors: points.iter().map(|(point, _)| *point).collect(),
         names: points.iter().map(|(_, column)| table.columns[*column].name.clone()).collect(),
         rows: xs.iter().enumerate().map(row).collect(),
-        notes: Vec::new(),
+        ..Data::default()
     };
     let shown = |r: usize, k: usize| {
         let column = &table.columns[points[k].1];
         format!("{} {}", column.values[r], column.unit)
     };
     let mut found = impossible(&data, &shown);
-    data = faults::blanked(&data, &found);
+    data = faulty_readings::blanked(&data, &found);
     let mut predicted = Vec::new();
     let mut values = vec![0.0; surrogate.point_count()];
     for (row, x) in data.rows.iter().zip(&xs) {
@@ -150,8 +146,8 @@ fn clear(table: &mut Table, lines: &[usize], surrogate: &Surrogate<'_>, instrume
         }
     }
     let noise: Vec<f64> = points.iter().map(|(point, _)| instruments.deviation(surrogate, inside, *point)).collect();
-    let mut judged = faults::find(&data, &predicted, &noise);
-    faults::without(&data, &mut judged);
+    let mut judged = faulty_readings::find(&data, &predicted, &noise);
+    faulty_readings::without(&data, &mut judged);
     found.extend(judged);
     found.sort_by_key(|fault| *fault.rows.start());
     for (r, k) in found.iter().filter(|fault| fault.is_left_out).flat_map(Fault::readings) {
@@ -287,15 +283,5 @@ mod tests {
         let found = clear(&mut silent, &lines, &surrogate, &instruments).unwrap();
         assert_eq!(found[0].text(), "row 2 (line 3), 'motor': -999 degC is no temperature of a machine: left out");
         assert!(found.len() == 1 && silent.columns[3].values[1].is_nan());
-    }
-
-    /// The header stands on the first line.
-    #[test]
-    fn rows_are_on_the_lines_of_the_file() {
-        let path = std::env::temp_dir().join(format!("coldplate-update-{}.csv", std::process::id()));
-        std::fs::write(&path, "# remark\ntest,motor [degC]\nt1,20\nt2,21\n").unwrap();
-        let (table, lines) = read(&path).unwrap();
-        std::fs::remove_file(&path).unwrap();
-        assert_eq!((table.rows(), lines), (2, vec![3, 4]));
     }
 }

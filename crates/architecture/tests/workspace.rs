@@ -38,7 +38,7 @@ const MODULES: &[(&str, &[&str])] = &[
     ("describe", &["gmsh", "schema", "machine"]),
     ("figures", &["chart", "report"]),
     ("surrogate", &["fit", "verdict"]),
-    ("evidence", &["measurement", "discrepancy", "sandwich", "identify", "faults", "given", "record", "residuals"]),
+    ("evidence", &["measurement", "discrepancy", "sandwich", "identify", "faulty_readings", "command_input", "record", "residuals"]),
 ];
 
 /// Third-party crates that one crate alone may know.

@@ -54,7 +54,7 @@ use coldplate_base::numbers::{TWO_SIDED_90, significant};
 use coldplate_base::progress::Progress;
 use coldplate_describe::machine::DescribedVariable;
 use coldplate_evidence::discrepancy;
-use coldplate_evidence::faults::{Cleared, Fault, cleared, kept, rest};
+use coldplate_evidence::faulty_readings::{Cleared, Fault, cleared, kept, rest};
 use coldplate_evidence::identify::{Runs, chi_square_tail};
 use coldplate_evidence::measurement::{Data, MOST_READINGS, MeasurementUncertainty, VariableUncertainty, Whitener, thinned};
 use coldplate_explore::simulate::Start;

@@ -26,9 +26,9 @@
 #![warn(missing_docs)]
 #![cfg_attr(not(test), warn(clippy::unwrap_used, clippy::panic))]
 
+pub mod command_input;
 pub mod discrepancy;
-pub mod faults;
-pub mod given;
+pub mod faulty_readings;
 pub mod identify;
 pub mod measurement;
 pub mod record;
@@ -36,7 +36,7 @@ pub mod residuals;
 pub mod sandwich;
 
 pub use discrepancy::DiscrepancySize;
-pub use faults::{Fault, cleared};
+pub use faulty_readings::{Fault, cleared};
 pub use identify::{Estimate, Free, IdentifyOptions, IdentifyProblem, identify};
 pub use measurement::{Data, MeasurementUncertainty};
 pub use residuals::PredictedReadings;

@@ -6,9 +6,9 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::faults::FaultRecord;
+use crate::faulty_readings::FaultRecord;
 use crate::identify::{Advice, Estimate, Free, IdentifyProblem, ParameterProfile};
-use crate::measurement::{Data, whiten};
+use crate::measurement::{AccountRecord, Data, whiten};
 use coldplate_base::units::Measurand;
 use coldplate_describe::machine::Machine;
 
@@ -44,6 +44,8 @@ pub struct IdentifyRecord {
     pub off_in_full_K: Option<f64>,
     /// Faulty readings that were found.
     pub faults: Vec<FaultRecord>,
+    /// What was read of the data, and what was not.
+    pub account: AccountRecord,
     pub seconds: f64,
 }
 
@@ -283,6 +285,7 @@ impl Estimate {
             evaluations: self.evaluations,
             off_in_full_K: self.off_in_full,
             faults: Vec::new(),
+            account: problem.data.account(),
             seconds: 0.0,
         }
     }

@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::faults::FaultRecord;
+use crate::faulty_readings::FaultRecord;
 use crate::identify;
-use crate::measurement::{Data, TEST, TIME, whiten};
+use crate::measurement::{AccountRecord, Data, TEST, TIME, whiten};
 use crate::record::{PredictedRecord, ReadingRecord};
 use coldplate_base::error::Result;
 use coldplate_base::units::{Measurand, express};
@@ -172,6 +172,7 @@ impl PredictedReadings {
         PredictRecord {
             machine: study.model.machine.name.clone(),
             data: self.data.source.clone(),
+            account: self.data.account(),
             all: self.overall(),
             tests: self.by_test().into_iter().collect(),
             sensors: self.by_sensor().into_iter().collect(),
@@ -187,6 +188,8 @@ impl PredictedReadings {
 pub struct PredictRecord {
     pub machine: String,
     pub data: String,
+    /// What was read of the data, and what was not.
+    pub account: AccountRecord,
     /// Spread of all readings.
     pub all: ResidualSpread,
     pub tests: BTreeMap<String, ResidualSpread>,

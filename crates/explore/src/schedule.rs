@@ -14,7 +14,7 @@ use sha2::{Digest, Sha256};
 use coldplate_base::error::{Error, Result, did_you_mean};
 use coldplate_base::units::Dimension;
 use coldplate_describe::machine::{Condition, DescribedVariable, Machine};
-use coldplate_tables::Table;
+use coldplate_tables::{Ledger, Table};
 
 /// Name of the column of times, and of the variable that is the time.
 pub const TIME: &str = "time";
@@ -47,11 +47,14 @@ pub struct Breakpoint {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Schedule {
     rows: Vec<Breakpoint>,
-    hold: bool,
+    /// Whether each variable stays until the next row instead of moving towards it; variables beyond the end move.
+    held: Vec<bool>,
     /// Index of the variable that is the time.
     time: Option<usize>,
     /// Columns of sensors and of tests, which are no conditions and were left aside.
     pub ignored: Vec<String>,
+    /// Sentences on how the file was read.
+    pub read: Vec<String>,
 }
 
 /// A stretch of time with a smooth condition.
@@ -74,23 +77,25 @@ impl Schedule {
     /// times that fall; a value that is missing, out of bounds or in a unit of another kind; a variable with neither column,
     /// value nor default; no duration. Each names its line.
     pub fn read<'a>(path: &Path, of: impl Into<Quantities<'a>>, given: &[(String, String)], options: ScheduleOptions) -> Result<Self> {
-        let (table, lines) = Table::read_with_lines(path)?;
-        Self::from_table(&table, &lines, of, given, options).map_err(|e| e.in_file(path))
+        let (mut table, mut ledger) = Table::read_with_ledger(path)?;
+        table.read_stamps(&mut ledger, None).map_err(|e| e.in_file(path))?;
+        Self::from_table(&table, &ledger, of, given, options).map_err(|e| e.in_file(path))
     }
 
-    /// Schedule from a table; `lines` are those of its header and rows, for errors, as far as they are known.
+    /// Schedule from a table; `ledger` is the account of its lines, for errors.
     ///
     /// # Errors
     /// Errors of [`Schedule::read`].
     pub fn from_table<'a>(
         table: &Table,
-        lines: &[usize],
+        ledger: &Ledger,
         of: impl Into<Quantities<'a>>,
         given: &[(String, String)],
         options: ScheduleOptions,
     ) -> Result<Self> {
-        let place = |e: Error, row: Option<usize>| match lines.get(row.map_or(0, |r| r + 1)) {
-            Some(line) => e.at_line(*line),
+        let header = Some(ledger.header).filter(|line| *line > 0);
+        let place = |e: Error, row: Option<usize>| match row.map_or(header, |r| ledger.line(r)) {
+            Some(line) => e.at_line(line),
             None => e,
         };
         let times = times(table).map_err(|e| place(e, None))?;
@@ -109,7 +114,8 @@ impl Schedule {
             let condition = columns.condition(r, *time).map_err(|e| place(e, Some(r)))?;
             rows.push(Breakpoint { time: *time, values: condition.si().to_vec() });
         }
-        let mut schedule = Self { rows, hold: options.hold, time: columns.time, ignored: columns.ignored };
+        let held = vec![options.hold; quantities.variables.len()];
+        let mut schedule = Self { rows, held, time: columns.time, ignored: columns.ignored, read: ledger.sentences() };
         schedule.repeat(options.repeat)?;
         if let Some(until) = options.until {
             schedule.end_at(until)?;
@@ -125,15 +131,16 @@ impl Schedule {
         Err(error.at_key(TIME))
     }
 
-    /// Schedule from rows in the order of time, between which values run straight.
+    /// Schedule from rows in the order of time. Between them values run straight, but for those of variables that are held until
+    /// the next row; `held` may end early.
     ///
     /// # Errors
     /// Times that fall, or no duration.
-    pub fn from_rows(rows: Vec<Breakpoint>) -> Result<Self> {
+    pub fn from_rows(rows: Vec<Breakpoint>, held: &[bool]) -> Result<Self> {
         if rows.windows(2).any(|pair| pair[1].time < pair[0].time) {
             return Err(Error::input("the times are not in order").at_key(TIME).help("sort the rows by time"));
         }
-        let schedule = Self { rows, hold: false, time: None, ignored: Vec::new() };
+        let schedule = Self { rows, held: held.to_vec(), time: None, ignored: Vec::new(), read: Vec::new() };
         if schedule.end() > schedule.start() {
             return Ok(schedule);
         }
@@ -157,7 +164,7 @@ impl Schedule {
         for _ in 1..times {
             let (start, end) = (self.start(), self.end());
             // Held values end with a row that only states the end: the next turn begins there.
-            if self.hold {
+            if self.is_held() {
                 self.rows.pop();
             }
             let turn: Vec<Breakpoint> = once.iter().map(|row| self.at_time(end + (row.time - start), &row.values)).collect();
@@ -231,10 +238,11 @@ impl Schedule {
     /// The condition at `time` (s) in a segment, its ends included.
     pub fn condition(&self, segment: ScheduleSegment, time: f64) -> Condition {
         let (before, after) = (&self.rows[segment.row], &self.rows[(segment.row + 1).min(self.rows.len() - 1)]);
-        let share = if self.hold || segment.until <= segment.from { 0.0 } else { (time - segment.from) / (segment.until - segment.from) };
+        let share = if segment.until <= segment.from { 0.0 } else { (time - segment.from) / (segment.until - segment.from) };
+        let held = self.held.iter().copied().chain(std::iter::repeat(false));
         // Weighted so that both ends come out as they were written.
-        let mix = |(a, b): (&f64, &f64)| if a == b { *a } else { (1.0 - share) * a + share * b };
-        let mut values: Vec<f64> = before.values.iter().zip(&after.values).map(mix).collect();
+        let mix = |((a, b), held): ((&f64, &f64), bool)| if held || a == b { *a } else { (1.0 - share) * a + share * b };
+        let mut values: Vec<f64> = before.values.iter().zip(&after.values).zip(held).map(mix).collect();
         if let Some(slot) = self.time {
             values[slot] = time;
         }
@@ -249,9 +257,9 @@ impl Schedule {
         }
     }
 
-    /// Whether values are held until the next row.
+    /// Whether all values are held until the next row.
     pub fn is_held(&self) -> bool {
-        self.hold
+        !self.held.is_empty() && self.held.iter().all(|held| *held)
     }
 
     /// Smallest and largest value (SI) of a variable.
@@ -263,7 +271,7 @@ impl Schedule {
     /// SHA-256 of everything that decides the course of conditions, in hexadecimal.
     pub fn hash(&self) -> String {
         let mut sum = Sha256::new();
-        sum.update([u8::from(self.hold)]);
+        self.held.iter().for_each(|held| sum.update([u8::from(*held)]));
         for row in &self.rows {
             sum.update(row.time.to_le_bytes());
             row.values.iter().for_each(|v| sum.update(v.to_le_bytes()));

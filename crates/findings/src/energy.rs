@@ -14,7 +14,7 @@ use coldplate_solve::study::Study;
 const MOST: usize = 12;
 
 /// Heat balances.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct EnergyBalances {
     /// One per condition, in the order of the data.
     pub balances: Vec<ConditionBalance>,

@@ -9,7 +9,7 @@ use coldplate_evidence::measurement::{Data, whiten};
 use coldplate_figures::chart::balance::{BalanceFigure, HeatPair};
 use coldplate_figures::chart::before_after::BeforeAfter;
 use coldplate_figures::chart::gains::{GainsFigure, LadderStep};
-use coldplate_figures::chart::missing::{IntervalFigure, PlaceInterval};
+use coldplate_figures::chart::missing_heat::{IntervalFigure, PlaceInterval};
 use coldplate_figures::chart::ranking::{Ranked, RankingFigure, Standing};
 use coldplate_figures::chart::residual_panels::ResidualPanels;
 use coldplate_figures::chart::residual_sheet::ResidualSheet;

@@ -19,10 +19,11 @@ pub mod refit;
 mod report;
 
 use std::borrow::Cow;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 use coldplate_base::atomic_file;
-use coldplate_base::error::Result;
+use coldplate_base::error::{Result, panic_text};
 use coldplate_base::numbers::significant;
 use coldplate_base::progress::Progress;
 use coldplate_diagnose::{Cause, Certainty, Diagnosis, Effect, Explanation, Problem, Verdict, sentence};
@@ -48,13 +49,16 @@ pub struct Findings<'a> {
     pub energy: EnergyBalances,
     /// The surrogate of the extended machine, if one was asked for.
     pub refitted: Option<Refitted>,
+    /// Sentences on steps behind the diagnosis that failed: what they would have made is missing.
+    pub failed: Vec<String>,
 }
 
 /// Diagnoses, extends the machine file (to be written to `extended`), balances the heat, and fits a surrogate of the
-/// extended machine (to be written to `surrogate`) where one is asked for. Nothing is written yet.
+/// extended machine (to be written to `surrogate`) where one is asked for. Nothing is written yet. A step behind the diagnosis
+/// that fails leaves the diagnosis as it is and is named in [`Findings::failed`].
 ///
 /// # Errors
-/// Errors of [`coldplate_diagnose::settled`] and [`refit::Refitted::of`]; the machine as it is cannot be solved.
+/// Errors of [`coldplate_diagnose::settled`].
 pub fn examine<'a>(
     problem: &'a Problem,
     extended: impl AsRef<Path>,
@@ -62,11 +66,24 @@ pub fn examine<'a>(
     progress: &dyn Progress,
 ) -> Result<Findings<'a>> {
     let (problem, diagnosis) = coldplate_diagnose::settled(problem, progress)?;
-    let extended = ExtendedMachine::of(&problem, &diagnosis, extended.as_ref())?;
+    let mut failed = Vec::new();
+    let extended = kept("the extended machine", &mut failed, || ExtendedMachine::of(&problem, &diagnosis, extended.as_ref())).flatten();
     progress.say("heat balances");
-    let energy = EnergyBalances::of(&problem, &diagnosis, extended.is_some())?;
-    let refitted = surrogate.map(|path| Refitted::of(&problem, extended.as_ref(), path, progress)).transpose()?;
-    Ok(Findings { problem, diagnosis, extended, energy, refitted })
+    let energy = kept("heat balances", &mut failed, || EnergyBalances::of(&problem, &diagnosis, extended.is_some())).unwrap_or_default();
+    let fit = |path| kept("the surrogate", &mut failed, || Refitted::of(&problem, extended.as_ref(), path, progress));
+    let refitted = surrogate.and_then(fit);
+    Ok(Findings { problem, diagnosis, extended, energy, refitted, failed })
+}
+
+/// The result of a step; `None` with a sentence in `failed` where it fails or breaks down.
+fn kept<T>(name: &str, failed: &mut Vec<String>, step: impl FnOnce() -> Result<T>) -> Option<T> {
+    let why = match catch_unwind(AssertUnwindSafe(step)) {
+        Ok(Ok(made)) => return Some(made),
+        Ok(Err(error)) => error.to_string(),
+        Err(panic) => panic_text(&*panic),
+    };
+    failed.push(format!("{name} could not be made: {why}"));
+    None
 }
 
 impl Findings<'_> {

@@ -13,7 +13,8 @@ use super::{Findings, ladder, name, other_names};
 use coldplate_base::units::Measurand;
 use coldplate_diagnose::{Cause, Explanation, Gain, Problem, Rung, Verdict, sentence};
 use coldplate_evidence::discrepancy::DiscrepancySize;
-use coldplate_evidence::faults::{Fault, FaultRecord};
+use coldplate_evidence::faulty_readings::{Fault, FaultRecord};
+use coldplate_evidence::measurement::AccountRecord;
 use coldplate_evidence::measurement::whiten;
 use coldplate_evidence::record::{PredictedRecord, ReadingRecord, RmseRecord};
 use coldplate_solve::meshed::Flows;
@@ -51,6 +52,11 @@ pub struct DiagnosisRecord {
     pub readings: Vec<ExplainedReadingRecord>,
     /// Faulty readings that were found.
     pub faults: Vec<FaultRecord>,
+    /// What was read of the data, and what was not.
+    pub account: AccountRecord,
+    /// Steps behind the diagnosis that failed, with the reason.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub failed: Vec<String>,
     /// Share of the stated noise that the readings of a table show, if the stated noise is far too large; 1
     /// otherwise.
     pub noise_share: f64,
@@ -286,6 +292,8 @@ impl Findings<'_> {
             heat_balance: self.energy.balances.iter().map(|b| HeatBalanceRecord::of(&self.problem, b)).collect(),
             readings: readings(self),
             faults: self.problem.faults.iter().map(Fault::record).collect(),
+            account: self.problem.data.account(),
+            failed: self.failed.clone(),
             noise_share: diagnosis.noise_share,
             off_in_full_K: diagnosis.off_in_full,
             seconds: diagnosis.seconds,

@@ -502,7 +502,7 @@ fn provenance(section: &mut ReportSection, found: &Findings<'_>) {
         facts.push(("kinds added".into(), problem.user.iter().map(|k| k.name.as_str()).collect::<Vec<_>>().join(", ")));
     }
     section.facts(facts);
-    section.list(problem.data.notes.iter().cloned());
+    section.list(found.failed.iter().chain(&problem.data.notes).cloned());
 }
 
 fn list(names: &[String], most: usize) -> String {

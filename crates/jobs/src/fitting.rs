@@ -15,7 +15,7 @@ use coldplate_surrogate::fit::model::{
     FollowedSpec, HeldSpec, LimitKind, LimitSpec, PointModel, SurrogateSpec, UncertaintySpec, VariableSpec,
 };
 use coldplate_surrogate::fit::{self, FitOptions, FitOutput, FitSamples, ResidualSizes, SurrogateFit};
-use coldplate_tables::Table;
+use coldplate_tables::{Ledger, Table};
 
 /// The samples of a table: its varying condition variables and its outputs; and its held variables.
 ///
@@ -202,6 +202,9 @@ pub struct FitRecord {
     pub bytes: u64,
     pub points: Vec<PointFitRecord>,
     pub notes: Vec<String>,
+    /// What was read of the table, and what was not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub account: Option<Ledger>,
     pub seconds: f64,
 }
 
@@ -235,6 +238,6 @@ impl FitRecord {
             half_width: p.half_width,
             over_time: fit.surrogate.in_time.as_ref().and_then(|own| own.errors.get(i).copied()),
         });
-        Self { file: path.display().to_string(), bytes, points: points.collect(), notes: fit.notes.clone(), seconds }
+        Self { file: path.display().to_string(), bytes, points: points.collect(), account: None, notes: fit.notes.clone(), seconds }
     }
 }

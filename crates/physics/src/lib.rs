@@ -6,7 +6,7 @@
 //!
 //! The solver does not call every law. Some serve engineers who check a number by hand, and tests that hold the solver
 //! against a closed form: bearing friction ([`bearing`]), coils ([`channel::coil_nusselt_schmidt`] and its siblings),
-//! view factors of [`view`] beyond those between blocks, single terms of a drive's heat ([`drive::copper_loss`],
+//! view factors of [`view_factors`] beyond those between blocks, single terms of a drive's heat ([`drive::copper_loss`],
 //! [`drive::guide_force`], [`drive::preload_torque`]), [`radiation::two_surface`], [`contact::gap_radiation`],
 //! [`water::saturation_pressure`].
 //!
@@ -42,7 +42,7 @@ pub mod exchange;
 pub mod gas;
 pub mod liquid;
 pub mod radiation;
-pub mod view;
+pub mod view_factors;
 pub mod water;
 
 mod bend;

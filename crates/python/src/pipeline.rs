@@ -7,7 +7,7 @@ use coldplate::{FitOptions, MeshedMachine, Progress, Study, Sweep, SweepOptions}
 use coldplate_base::atomic_file;
 use coldplate_base::units::{Dimension, parse};
 use coldplate_diagnose::Problem as Diagnosed;
-use coldplate_evidence::given;
+use coldplate_evidence::command_input;
 use coldplate_evidence::identify::{Free, IdentifyOptions, IdentifyProblem as Identified, identify_and_learn, write_machine};
 use coldplate_explore::schedule::{Schedule, ScheduleOptions};
 use coldplate_explore::simulate::record::HistoryRecord;
@@ -272,9 +272,9 @@ pub fn identify(
     let (record, text) = work::run(py, progress, |heard| {
         let began = Instant::now();
         let study = Study::read(&path, &sets, cells)?;
-        let mut all = given::data(data.as_deref(), &study.model.machine)?;
-        let uncertainty = given::stated(data.as_deref(), &path, &all, &study.model.machine)?;
-        let faults = given::clear(&mut all, &study, &uncertainty, Start::Steady, false)?;
+        let mut all = command_input::data(data.as_deref(), &study.model.machine)?;
+        let uncertainty = command_input::stated(data.as_deref(), &path, &all, &study.model.machine)?;
+        let faults = command_input::clear(&mut all, &study, &uncertainty, Start::Steady, false)?;
         let chosen = if tests.is_empty() { all } else { all.split(&tests)?.0 };
         let free = free.iter().map(|text| Free::each(text, &study, &chosen)).collect::<coldplate::Result<Vec<_>>>()?.concat();
         let problem = Identified { study, data: chosen, uncertainty, free, start: Start::Steady }.thinned();
@@ -303,13 +303,13 @@ pub fn diagnose(
     let (path, sets) = (machine.path.clone(), machine.sets.clone());
     let (record, headline, extended, report, gains) = work::run(py, progress, |heard| {
         let study = Study::read(&path, &sets, Some(cells.unwrap_or(USUAL_CELLS)))?;
-        let table = given::data(Some(&data), &study.model.machine)?;
-        let uncertainty = given::stated(Some(&data), &path, &table, &study.model.machine)?;
+        let table = command_input::data(Some(&data), &study.model.machine)?;
+        let uncertainty = command_input::stated(Some(&data), &path, &table, &study.model.machine)?;
         let uncertain = study.uncertain()?;
         let mut problem = Diagnosed::new(study, table);
         (problem.uncertainty, problem.uncertain) = (uncertainty, uncertain);
         let problem = problem.cleared()?.thinned().timed()?;
-        let goal = given::goal(None, &path, &problem.study.model.machine, "extended")?;
+        let goal = command_input::goal(None, &path, &problem.study.model.machine, "extended")?;
         let found = examine(&problem, &goal, None, heard)?;
         let gains = found.gains().map(|figure| to_svg_string(&figure)).transpose()?;
         let extended = found.extended.as_ref().map(|own| own.text.clone());

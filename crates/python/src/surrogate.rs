@@ -114,8 +114,8 @@ impl Surrogate {
                 None if beside.exists() => Instruments::read(&beside, opened)?,
                 _ => Instruments::with_noise(opened, deviation(noise.unwrap_or("0.1 K"))?),
             };
-            let (table, lines) = Table::read_with_lines(&data)?;
-            update::update(self.file.borrow_owner(), &table, lines.get(1..).unwrap_or_default(), &instruments).map_err(|e| e.in_file(&data))
+            let (table, ledger) = Table::read_with_ledger(&data)?;
+            update::update(self.file.borrow_owner(), &table, &ledger.rows, &instruments).map_err(|e| e.in_file(&data))
         });
         let found = told(py, found)?;
         Ok((found.bytes, json(py, &found.record)?))

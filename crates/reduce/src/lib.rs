@@ -6,6 +6,7 @@
 
 mod assemble;
 mod basis;
+mod bound;
 mod calibration;
 mod channel_walls;
 mod conductors;

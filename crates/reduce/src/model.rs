@@ -1,5 +1,6 @@
 //! Answers of a reduced model, each with a bound.
 
+use crate::bound::ReadingBound;
 use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
 
@@ -85,13 +86,8 @@ pub struct HistoryBound {
 impl HistoryBound {
     /// Bounds on the difference of the finer network's readings from the full model's, K, time by time.
     pub fn bounds(&self, readings: &[Vec<f64>], coarser: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        let mut largest: f64 = 0.0;
-        let at = |(fine, coarse): (&Vec<f64>, &Vec<f64>)| {
-            let differences: Vec<f64> = fine.iter().zip(coarse).map(|(f, c)| (f - c).abs()).collect();
-            largest = differences.iter().copied().fold(largest, f64::max);
-            differences.iter().map(|d| d + self.margin * largest + self.floor).collect()
-        };
-        readings.iter().zip(coarser).map(at).collect()
+        let mut bound = ReadingBound::new(self.margin, self.floor);
+        readings.iter().zip(coarser).map(|(fine, coarse)| bound.of(fine, coarse)).collect()
     }
 }
 
@@ -170,9 +166,7 @@ impl ReducedModel {
 
     /// Bounds on the difference of the coarser network's readings from the full model's, K.
     pub(super) fn bounds(&self, readings: &[f64], finer: &[f64]) -> Vec<f64> {
-        let differences: Vec<f64> = readings.iter().zip(finer).map(|(r, f)| (r - f).abs()).collect();
-        let largest = differences.iter().fold(0.0, |m: f64, d| m.max(*d));
-        differences.iter().map(|d| d + self.margin * largest + self.floor).collect()
+        ReadingBound::new(self.margin, self.floor).of(finer, readings)
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::bytes::{Numbers, part, u16_at, u32_at};
 use crate::check::{Checked, OpenError, check_name, ensure, records, within};
 use crate::format::*;
-use crate::further::Further;
+use crate::further_sections::Further;
 use crate::model::{Indices, Kernel};
 use crate::surrogate::Surrogate;
 

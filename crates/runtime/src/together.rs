@@ -1,7 +1,7 @@
 //! The probability that several limits are kept together.
 
 use crate::acceptability::{Acceptability, Chance, LimitChance, judged};
-use crate::bound::{Breaking, MOST_LIMITS, SAME};
+use crate::joint_normal::{Breaking, MOST_LIMITS, SAME};
 use crate::math::sqrt;
 use crate::normal::{density, probability_below};
 use crate::surrogate::Surrogate;

@@ -11,7 +11,7 @@ use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 use serde_json::{Map, Value};
 
-use crate::site::Site;
+use crate::shared_state::Site;
 use crate::{Refusal, Token};
 
 /// Path that needs no token: whether the service lives is no secret.

@@ -11,13 +11,13 @@
 #![warn(missing_docs)]
 
 mod answers;
-mod door;
+mod connections;
 mod guard;
 mod metrics;
 mod openapi;
 mod routes;
 mod settings;
-mod site;
+mod shared_state;
 
 use std::io;
 use std::net::SocketAddr;
@@ -35,14 +35,14 @@ pub use settings::{Limits, Settings, Token};
 pub fn run(answers: impl Answers, settings: &Settings, listening: impl FnOnce(SocketAddr)) -> io::Result<()> {
     let threads = settings.limits.threads.max(1);
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(threads).enable_all().build()?;
-    let site = Arc::new(site::Site::new(answers, settings));
+    let site = Arc::new(shared_state::Site::new(answers, settings));
     let ended = runtime.block_on(async {
         let listener = tokio::net::TcpListener::bind(settings.address).await?;
-        let end = door::told_to_end()?;
+        let end = connections::told_to_end()?;
         let rereading = Arc::clone(&site);
-        tokio::spawn(door::told_to_reread(move || rereading.reread())?);
+        tokio::spawn(connections::told_to_reread(move || rereading.reread())?);
         listening(listener.local_addr()?);
-        door::open(listener, &routes::router(site), settings.limits, end).await;
+        connections::open(listener, &routes::router(site), settings.limits, end).await;
         Ok(())
     });
     // Work that outlives its time limit is not waited for.

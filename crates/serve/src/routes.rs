@@ -13,7 +13,7 @@ use axum::routing::{get, post};
 use serde_json::json;
 
 use crate::guard::guard;
-use crate::site::Site;
+use crate::shared_state::Site;
 use crate::{Ask, Refusal, Reply, Work};
 
 /// Content type of JSON.

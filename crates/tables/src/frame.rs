@@ -8,7 +8,7 @@ use std::fmt;
 use std::io::{Cursor, Write};
 
 use polars_core::error::PolarsError;
-use polars_core::prelude::{Column, DataFrame, DataType, IntoColumn, NamedFrom, Series};
+use polars_core::prelude::{ArrowDataType, Column, DataFrame, DataType, IntoColumn, NamedFrom, Series};
 use polars_io::SerReader;
 
 use polars_io::parquet::read::ParquetReader;
@@ -82,6 +82,13 @@ pub(crate) fn read_parquet(bytes: Vec<u8>) -> Result<ParquetContent, ParquetFail
 fn decode(bytes: Vec<u8>) -> Result<ParquetContent, ParquetFailure> {
     let mut reader = ParquetReader::new(Cursor::new(bytes));
     let metadata = reader.get_metadata()?.key_value_metadata().clone().unwrap_or_default();
+    // Asked for before anything is decoded: the decoder panics at kinds that were not compiled in.
+    for (name, field) in reader.schema()?.iter() {
+        if !is_readable(field.dtype()) {
+            let kind = kind_of(field.dtype());
+            return Err(ParquetFailure(format!("column '{name}' holds {kind}: write it as float64 or as text")));
+        }
+    }
     let data = reader.finish()?;
     let mut frame = ParquetContent {
         metadata: metadata.into_iter().filter(|e| e.key != ARROW_SCHEMA).map(|e| (e.key, e.value.unwrap_or_default())).collect(),
@@ -101,6 +108,36 @@ fn decode(bytes: Vec<u8>) -> Result<ParquetContent, ParquetFailure> {
         }
     }
     Ok(frame)
+}
+
+/// Whether a column can be read: whole numbers of 32 and 64 bits, floating point, flags and text.
+fn is_readable(kind: &ArrowDataType) -> bool {
+    use ArrowDataType as Kind;
+    matches!(
+        kind,
+        Kind::Null
+            | Kind::Boolean
+            | Kind::Int32
+            | Kind::Int64
+            | Kind::UInt32
+            | Kind::UInt64
+            | Kind::Float32
+            | Kind::Float64
+            | Kind::Utf8
+            | Kind::LargeUtf8
+            | Kind::Utf8View
+    )
+}
+
+/// Kind of a column as the programs that write such files call it.
+fn kind_of(kind: &ArrowDataType) -> String {
+    match kind {
+        ArrowDataType::Dictionary(..) => "categories".into(),
+        ArrowDataType::Timestamp(..) | ArrowDataType::Date32 | ArrowDataType::Date64 => "dates".into(),
+        ArrowDataType::Decimal(..) => "decimals".into(),
+        ArrowDataType::Float16 => "half floats (float16)".into(),
+        other => format!("{other:?}").to_lowercase(),
+    }
 }
 
 #[cfg(test)]

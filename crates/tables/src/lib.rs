@@ -19,12 +19,21 @@
 #![cfg_attr(not(test), warn(clippy::unwrap_used, clippy::panic))]
 
 mod csv;
+mod decoded;
 mod frame;
+mod layout;
+mod ledger;
 mod parquet;
+mod spreadsheet;
+mod stamps;
 
 use std::path::Path;
 
 pub use csv::{cells, quoted};
+pub use ledger::Ledger;
+pub use stamps::TIME;
+
+use decoded::decoded;
 
 use coldplate_base::error::{Error, Result, did_you_mean};
 use coldplate_base::units::{self, Dimension};
@@ -180,34 +189,54 @@ impl Table {
         Ok(())
     }
 
-    /// Reads a table: Parquet if the name ends in `.parquet`, CSV otherwise.
+    /// Reads a plain table: Parquet if the name ends in `.parquet`, the first or the named sheet of `.xlsx`, CSV otherwise.
+    ///
+    /// # Errors
+    /// The file cannot be read, or its content is not a table; something had to be assumed ([`Table::read_with_ledger`] takes
+    /// such files).
+    pub fn read(path: impl AsRef<Path>) -> Result<Table> {
+        let path = path.as_ref();
+        let (table, ledger) = Self::read_with_ledger(path)?;
+        table.plain(&ledger, path)
+    }
+
+    /// Reads a table as loggers and spreadsheets write it, with the account of its lines.
     ///
     /// # Errors
     /// The file cannot be read, or its content is not a table.
-    pub fn read(path: impl AsRef<Path>) -> Result<Table> {
-        Ok(Self::read_with_lines(path)?.0)
-    }
-
-    /// Reads a table like [`Table::read`], and returns the line of the header and of every row; a Parquet file has no
-    /// lines.
-    ///
-    /// # Errors
-    /// Errors of [`Table::read`].
-    pub fn read_with_lines(path: impl AsRef<Path>) -> Result<(Table, Vec<usize>)> {
+    pub fn read_with_ledger(path: impl AsRef<Path>) -> Result<(Table, Ledger)> {
         let path = path.as_ref();
+        if let Some((book, sheet)) = spreadsheet::named_sheet(path) {
+            return spreadsheet::read(input::read(&book).map_err(|e| e.help("check the path"))?, Some(&sheet), path);
+        }
         Self::from_bytes(input::read(path).map_err(|e| e.help("check the path"))?, path)
     }
 
-    /// Reads the content of a file like [`Table::read_with_lines`].
+    /// Reads the content of a file like [`Table::read_with_ledger`].
     ///
     /// # Errors
     /// The content is not a table.
-    pub fn from_bytes(bytes: Vec<u8>, path: &Path) -> Result<(Table, Vec<usize>)> {
-        if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("parquet")) {
-            return Ok((Table::from_parquet(bytes, path)?, Vec::new()));
+    pub fn from_bytes(bytes: Vec<u8>, path: &Path) -> Result<(Table, Ledger)> {
+        let ending = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
+        match ending.as_deref() {
+            Some("parquet") => Table::from_parquet_with_ledger(bytes, path),
+            Some("xlsx") => spreadsheet::read(bytes, None, path),
+            _ => {
+                let mut ledger = Ledger::default();
+                let text = decoded(&bytes, path, &mut ledger)?;
+                Table::from_text(&text, path, ledger)
+            }
         }
-        let text = input::utf8(&bytes, path)?;
-        Ok((Table::from_csv(text, path)?, Table::csv_lines(text)))
+    }
+
+    /// The table, if nothing was assumed to read it.
+    fn plain(self, ledger: &Ledger, path: &Path) -> Result<Table> {
+        match ledger.doubt() {
+            None => Ok(self),
+            Some(doubt) => Err(Error::input(format!("this table is not plain: {doubt}"))
+                .in_file(path)
+                .help("write it as UTF-8 CSV: commas between cells, decimal points, a header name [unit], name [unit], ...")),
+        }
     }
 
     /// Checks that a table can be written under this name.

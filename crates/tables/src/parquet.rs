@@ -11,7 +11,7 @@ use std::path::Path;
 
 use sha2::{Digest, Sha256};
 
-use super::{Column, Table, TextColumn};
+use super::{Column, Ledger, Table, TextColumn};
 use coldplate_base::error::{Error, Result};
 
 /// Metadata key of the number of condition variables.
@@ -57,8 +57,17 @@ impl Table {
     /// # Errors
     /// The file is not Parquet, does not agree with its digest, has a column without unit, or lacks condition columns
     /// that it announces.
-    pub fn from_parquet(mut bytes: Vec<u8>, file: impl AsRef<Path>) -> Result<Table> {
-        let file = file.as_ref();
+    pub fn from_parquet(bytes: Vec<u8>, file: impl AsRef<Path>) -> Result<Table> {
+        let (table, ledger) = Self::from_parquet_with_ledger(bytes, file.as_ref())?;
+        table.plain(&ledger, file.as_ref())
+    }
+
+    /// Reads the bytes of a Parquet file that another program may have written, with what was assumed.
+    ///
+    /// # Errors
+    /// Errors of [`Table::from_parquet`].
+    pub fn from_parquet_with_ledger(mut bytes: Vec<u8>, file: &Path) -> Result<(Table, Ledger)> {
+        let mut ledger = Ledger::default();
         check_digest(&mut bytes).map_err(|e| e.in_file(file))?;
         let frame =
             crate::frame::read_parquet(bytes).map_err(|e| Error::input(format!("this Parquet file cannot be read: {e}")).in_file(file))?;
@@ -71,6 +80,11 @@ impl Table {
             ..Table::default()
         };
         for (header, values) in frame.numbers {
+            // The numbers that pandas gives to rows.
+            if header.starts_with("__index_level_") {
+                ledger.assumed.push(format!("column '{header}' numbers the rows and was left out"));
+                continue;
+            }
             let split = header.strip_suffix(']').and_then(|h| h.rsplit_once('[')).map(|(name, unit)| (name.trim(), unit.trim()));
             let (name, unit) = match (split, entry(&format!("{UNIT}{header}"))) {
                 (Some((name, unit)), _) if !name.is_empty() && !unit.is_empty() => (name, unit),
@@ -99,7 +113,7 @@ impl Table {
                 table.usual_inputs();
             }
         }
-        Ok(table)
+        Ok((table, ledger))
     }
 }
 

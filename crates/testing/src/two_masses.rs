@@ -77,7 +77,7 @@ pub fn log(lines: &[(&str, &str)], seed: u64) -> (Study, Data, MeasurementUncert
         sensors: vec![0, 1, 2],
         names: vec!["motor".into(), "nut".into(), "foot".into()],
         rows: (0..181).map(row).collect(),
-        notes: Vec::new(),
+        ..Data::default()
     };
     let values = identify::values(&truth, &data, Start::Steady).unwrap();
     noisy(&mut data, &values, seed);

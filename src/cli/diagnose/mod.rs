@@ -10,7 +10,7 @@ use super::output::{self, Output};
 use coldplate_base::atomic_file;
 use coldplate_base::error::Result;
 use coldplate_diagnose::Problem;
-use coldplate_evidence::given;
+use coldplate_evidence::command_input;
 use coldplate_figures::chart::draw_as;
 use coldplate_figures::chart::output::check_name;
 use coldplate_findings::input::{costs, kind_named, uncertain, user_kinds};
@@ -81,7 +81,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let tables = if args.full { StateTables::InFull } else { StateTables::Reduced };
     let study = Study::read(&args.machine, &sets, Some(args.cells.unwrap_or(USUAL_CELLS)))?.with_tables(tables);
     let machine = &study.model.machine;
-    let path = given::goal(args.out.as_deref(), &args.machine, machine, "extended")?;
+    let path = command_input::goal(args.out.as_deref(), &args.machine, machine, "extended")?;
     if let Some(report) = &args.report {
         output::check_page(report)?;
     }
@@ -89,12 +89,12 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         check_name(chart).and_then(|()| atomic_file::check(chart)).map_err(|e| e.at_key("--chart"))?;
     }
     if let Some(surrogate) = &args.surrogate {
-        given::must_be_new(surrogate, "--surrogate")?;
+        command_input::must_be_new(surrogate, "--surrogate")?;
         refit::check(machine).map_err(|e| e.in_file(&args.machine))?;
     }
-    let data = given::data(args.data.as_deref(), machine)?;
+    let data = command_input::data(args.data.as_deref(), machine)?;
     let uncertainty = measured::uncertainty(args.data.as_deref(), &args.machine, &data, machine, out)?;
-    let start = given::start(&args.from)?;
+    let start = command_input::start(&args.from)?;
     let mut uncertain = args.uncertain.iter().map(|text| uncertain(text, &study)).collect::<Result<Vec<_>>>()?;
     // A deviation on the command line replaces the one in the file.
     let of_file = study.uncertain()?.into_iter().filter(|own| uncertain.iter().all(|said| said.parameter.name != own.parameter.name));
@@ -139,6 +139,8 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         (Some(path), None) => out.note(&format!("note: {} is not drawn: no cause was added to the machine", path.display())),
         (None, _) => {}
     }
-    out.report(&text::text(&found), &found.record());
-    Ok(0)
+    let failed: String = found.failed.iter().map(|sentence| format!("FAILED: {sentence}\n")).collect();
+    out.report(&(text::text(&found) + &failed), &found.record());
+    // The answer stands; a step behind it that broke down is a failure of the numerics all the same.
+    Ok(if found.failed.is_empty() { 0 } else { 4 })
 }

@@ -3,7 +3,7 @@
 use super::super::text::table;
 use coldplate_base::numbers::short;
 use coldplate_diagnose::{ExtraSensor, Verdict};
-use coldplate_evidence::faults;
+use coldplate_evidence::faulty_readings;
 use coldplate_findings::{Findings, ladder, next_test_in_words, probability, words, worth_in_words};
 
 /// The answer for a terminal.
@@ -18,7 +18,7 @@ pub(super) fn text(found: &Findings<'_>) -> String {
         data.sensors.len(),
         found.headline()
     );
-    text += &faults::listed(&problem.faults);
+    text += &faulty_readings::listed(&problem.faults);
     text += &format!(
         "  misfit {:.1} over {} readings, p = {:.2e}; best of {} causes that could show ({} tried), p = {:.2e}\n",
         misfit.chi2, misfit.freedom, misfit.probability, diagnosis.tried.visible, diagnosis.tried.all, misfit.look_elsewhere

@@ -12,7 +12,7 @@ use super::output::Output;
 use coldplate_base::atomic_file;
 use coldplate_base::error::{Error, Result};
 use coldplate_base::progress::Progress;
-use coldplate_evidence::given;
+use coldplate_evidence::command_input;
 use coldplate_evidence::identify::{self, Free, IdentifyOptions, IdentifyProblem};
 use coldplate_evidence::record::HeldOut;
 use coldplate_solve::study::{StateTables, Study};
@@ -77,11 +77,11 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let tables = if args.full { StateTables::InFull } else { StateTables::Reduced };
     let study = Study::read(&args.machine, &sets, args.mesh.cells)?.with_tables(tables);
     let machine = &study.model.machine;
-    let mut all = given::data(args.data.as_deref(), machine)?;
-    given::drop_sensors(&mut all, &args.without)?;
+    let mut all = command_input::data(args.data.as_deref(), machine)?;
+    command_input::drop_sensors(&mut all, &args.without)?;
     let uncertainty = measured::uncertainty(args.data.as_deref(), &args.machine, &all, machine, out)?;
-    let start = given::start(&args.from)?;
-    let faults = given::clear(&mut all, &study, &uncertainty, start, args.keep_all)?;
+    let start = command_input::start(&args.from)?;
+    let faults = command_input::clear(&mut all, &study, &uncertainty, start, args.keep_all)?;
     let (data, others) = if args.use_tests.is_empty() {
         (all.clone(), None)
     } else {
@@ -97,7 +97,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         )));
     }
     let free = args.free.iter().map(|text| Free::each(text, &study, &data)).collect::<Result<Vec<_>>>()?.concat();
-    let path = args.out.as_deref().map(|path| given::goal(Some(path), &args.machine, machine, "identified")).transpose()?;
+    let path = args.out.as_deref().map(|path| command_input::goal(Some(path), &args.machine, machine, "identified")).transpose()?;
     let mut problem = IdentifyProblem { study, data, uncertainty, free, start };
     if !args.every_row {
         let before = problem.data.count();

@@ -6,7 +6,7 @@ use super::super::text::table;
 use coldplate_base::numbers::significant;
 use coldplate_base::units::Measurand;
 use coldplate_describe::machine::Machine;
-use coldplate_evidence::faults::{self, Fault};
+use coldplate_evidence::faulty_readings::{self, Fault};
 use coldplate_evidence::identify::{Advice, Estimate, IdentifyProblem, ParameterProfile};
 use coldplate_evidence::measurement::{Data, whiten};
 use coldplate_evidence::record::{HeldOut, IdentifyRecord};
@@ -44,7 +44,7 @@ impl IdentifyResults<'_> {
             problem.data.sensors.len(),
             plural(problem.data.tests().len(), "test")
         );
-        text += &faults::listed(self.faults);
+        text += &faulty_readings::listed(self.faults);
         text += &self.parameters();
         text += &self.misfit();
         text += &self.undetermined();

@@ -151,10 +151,11 @@ fn of_surrogate(file: &OpenFile, args: &Args, mut options: simulate::SimulateOpt
     let mut model = SurrogateRun::new(&surrogate).map_err(|e| e.in_file(&args.machine))?;
     let quantities = model.quantities();
     options.watched = args.passes.iter().map(|text| watch(text, &quantities.sensors, model.subject().measurands)).collect::<Result<_>>()?;
-    let (table, lines) = Table::read_with_lines(&args.schedule)?;
+    let (mut table, mut ledger) = Table::read_with_ledger(&args.schedule)?;
+    table.read_stamps(&mut ledger, None).map_err(|e| e.in_file(&args.schedule))?;
     let given = args.condition.values()?;
     let is_stated = |name: &str| table.columns.iter().any(|c| c.name == name) || given.iter().any(|(own, _)| own == name);
-    let schedule = Schedule::from_table(&table, &lines, quantities, &given, rows(args)?);
+    let schedule = Schedule::from_table(&table, &ledger, quantities, &given, rows(args)?);
     let schedule = schedule.map_err(|e| model.without_defaults(e, is_stated).in_file(&args.schedule))?;
     let history = simulate::run_stepped(&mut model, &schedule, &options)?;
     tell(&model.subject(), &history, args, start, out)
@@ -229,6 +230,7 @@ fn watch(text: &str, sensors: &[&str], measurands: &[Measurand]) -> Result<Watch
 
 /// Notes for the user on the schedule.
 fn notes(machine: &Machine, schedule: &Schedule, out: Output) {
+    schedule.read.iter().for_each(|sentence| out.note(&format!("note: {sentence}")));
     if !schedule.ignored.is_empty() {
         out.note(&format!("note: these columns are no conditions and are left aside: {}", schedule.ignored.join(", ")));
     }

@@ -31,7 +31,7 @@ pub fn schedule(machine: &Machine, model: &ReducedModel, hour: f64) -> Schedule 
         at(3.0, [0.9, 0.0, 0.0, 0.9]),
         at(4.0, [0.9, 0.0, 0.0, 0.9]),
     ];
-    Schedule::from_rows(rows).expect("a schedule")
+    Schedule::from_rows(rows, &[]).expect("a schedule")
 }
 
 /// Largest error and bound of a model over the schedule, and readings outside their bound.

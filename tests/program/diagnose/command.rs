@@ -73,7 +73,7 @@ fn folder(name: &str, planted: &[(&str, &str)]) -> (PathBuf, String, String) {
         sensors: (0..sensors.len()).collect(),
         names: names.clone(),
         rows: CONDITIONS.iter().enumerate().map(row).collect(),
-        notes: Vec::new(),
+        ..Data::default()
     };
     let values = identify::values(&truth, &data, Start::Steady).unwrap();
     let mut random = Random::new(11);

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use coldplate_base::random::Random;
 use coldplate_describe::machine::Machine;
-use coldplate_evidence::measurement::Data;
-use coldplate_tables::Table;
+use coldplate_evidence::measurement::{Data, ReadingSettings};
+use coldplate_tables::{Ledger, Table};
 
 /// What a mistaken hand puts in the place of a number.
 const NUMBERS: [&str; 12] = ["0", "-1", "1e400", "nan", "inf", "-0.0", "1e-320", "99999999999999999999", "1,5", "", "1/0", "2 *"];
@@ -117,8 +117,8 @@ fn ten_thousand_changed_tables() {
         for _ in 0..=random.below(2) {
             text = mutate(&text, &mut random);
         }
-        let outcome = Table::from_csv(&text, "readings.csv")
-            .and_then(|table| Data::from_table(&table, &Table::csv_lines(&text), &machine, "readings.csv"));
+        let outcome = Table::from_text(&text, "readings.csv".as_ref(), Ledger::default())
+            .and_then(|(table, ledger)| Data::from_table(table, ledger, &ReadingSettings::default(), &machine, "readings.csv"));
         match outcome {
             Ok(data) => {
                 read += 1;

@@ -4,6 +4,7 @@ mod board;
 mod command;
 mod data;
 mod kept;
+mod loggers;
 mod per_test;
 mod predict;
 mod response;

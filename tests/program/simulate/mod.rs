@@ -2,6 +2,7 @@
 
 mod boiling;
 mod clock;
+mod closed;
 mod heat_flow;
 mod limits;
 mod passes;

@@ -137,6 +137,9 @@ pub(crate) fn slot_unit(dimension: Dimension) -> &'static str {
         Dimension::TORQUE => "N m",
         Dimension::MASS => "kg",
         Dimension::INERTIA => "kg m2",
+        Dimension::CURRENT => "A",
+        Dimension::VOLTAGE => "V",
+        Dimension::RESISTANCE => "Ohm",
         _ => "1",
     }
 }

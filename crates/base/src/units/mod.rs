@@ -18,7 +18,7 @@ use crate::error::{Error, Result, did_you_mean};
 pub use known::{KnownQuantity, KnownUnit, quantities, si_unit, symbols};
 pub use readings::Measurand;
 pub use scale::{Celsius, Kelvin, ZERO_CELSIUS};
-use symbols::{MISTAKEN, UNITS};
+use symbols::{MISTAKEN, UNITS, plain};
 
 /// Degrees Celsius of a temperature in kelvin, for display.
 pub fn celsius(kelvin: f64) -> f64 {
@@ -107,11 +107,11 @@ impl Dimension {
     /// Pa s
     pub const VISCOSITY: Self = Self::of(-1, 1, -1, 0);
     /// A
-    pub(crate) const CURRENT: Self = Self { m: 0, kg: 0, s: 0, k: 0, a: 1, absolute: false };
+    pub const CURRENT: Self = Self { m: 0, kg: 0, s: 0, k: 0, a: 1, absolute: false };
     /// V
-    pub(crate) const VOLTAGE: Self = Self { m: 2, kg: 1, s: -3, k: 0, a: -1, absolute: false };
+    pub const VOLTAGE: Self = Self { m: 2, kg: 1, s: -3, k: 0, a: -1, absolute: false };
     /// Ω
-    pub(crate) const RESISTANCE: Self = Self { m: 2, kg: 1, s: -3, k: 0, a: -2, absolute: false };
+    pub const RESISTANCE: Self = Self { m: 2, kg: 1, s: -3, k: 0, a: -2, absolute: false };
 
     /// Whether the dimension is an absolute temperature, whose zero depends on the scale.
     pub const fn is_absolute(self) -> bool {
@@ -162,7 +162,7 @@ impl Dimension {
 
 /// Zero of the scale of a temperature unit, K; `None` for a unit whose zero is absolute.
 fn zero_of_scale(unit_text: &str) -> Option<f64> {
-    match unit_text.trim() {
+    match plain(unit_text).as_ref() {
         "degC" | "°C" => Some(ZERO_CELSIUS),
         "degF" | "°F" => Some(ZERO_CELSIUS - 32.0 * 5.0 / 9.0),
         _ => None,
@@ -174,7 +174,8 @@ fn unit(text: &str) -> Result<(f64, Dimension)> {
     let (mut factor, mut dim) = (1.0, Dimension::NUMBER);
     let mut sign = 1i8; // -1 behind a slash
     let mut in_group = false;
-    let mut rest = text.trim();
+    let text = plain(text);
+    let mut rest = text.as_ref();
     while let Some(c) = rest.chars().next() {
         match c {
             ' ' | '*' | '·' | '.' => {
@@ -379,6 +380,34 @@ pub(crate) fn is_quantity(text: &str) -> bool {
 pub fn dimension_of(unit_text: &str) -> Result<Dimension> {
     let (_, dimension) = unit(unit_text)?;
     Ok(if zero_of_scale(unit_text).is_some() { Dimension::TEMPERATURE } else { dimension })
+}
+
+/// A unit as loggers and spreadsheets spell it, in the spelling of the files: `Deg C` and `C` are `degC`; `None` if it is none.
+///
+/// ```
+/// # use coldplate_base::units::spelled;
+/// assert_eq!(spelled("Deg. C").as_deref(), Some("degC"));
+/// assert_eq!(spelled("LPM").as_deref(), Some("L/min"));
+/// assert_eq!(spelled("RN"), None);
+/// ```
+pub fn spelled(text: &str) -> Option<String> {
+    let text = plain(text);
+    if text.is_empty() {
+        return None;
+    }
+    if unit(&text).is_ok() {
+        return Some(text.into_owned());
+    }
+    if let Some((_, meant)) = MISTAKEN.iter().find(|(wrong, meant)| *wrong == text && !meant.contains(" or ")) {
+        return Some((*meant).to_string());
+    }
+    let letters: String = text.chars().filter(|c| c.is_alphabetic()).flat_map(char::to_lowercase).collect();
+    let scale = ["degrees", "degree", "deg", "grad"].iter().find_map(|prefix| letters.strip_prefix(prefix))?;
+    match scale {
+        "c" | "celsius" => Some("degC".into()),
+        "f" | "fahrenheit" => Some("degF".into()),
+        _ => None,
+    }
 }
 
 /// A text split into its number, its unit and the dimension of that unit; `None` if the text is no quantity.

@@ -1,5 +1,7 @@
 //! Unit symbols, and wrong spellings of them.
 
+use std::borrow::Cow;
+
 use super::Dimension;
 
 /// Unit symbols: name, factor to SI, dimension. Prefixes are written out where they are in use.
@@ -33,8 +35,17 @@ pub(super) const UNITS: &[(&str, f64, Dimension)] = &[
     ("W", 1.0, Dimension::POWER),
     ("mW", 1e-3, Dimension::POWER),
     ("kW", 1e3, Dimension::POWER),
+    ("MW", 1e6, Dimension::POWER),
+    // 550 foot-pounds of force per second.
+    ("hp", 745.699_871_582_270_2, Dimension::POWER),
+    // 75 metres times kilograms of force per second.
+    ("PS", 735.498_75, Dimension::POWER),
     ("J", 1.0, Dimension::TORQUE),
     ("kJ", 1e3, Dimension::TORQUE),
+    ("MJ", 1e6, Dimension::TORQUE),
+    ("GJ", 1e9, Dimension::TORQUE),
+    // International table calorie of 4.1868 J times pound and degree Fahrenheit, ISO 80000-5.
+    ("Btu", 1_055.055_852_62, Dimension::TORQUE),
     ("N", 1.0, Dimension::FORCE),
     ("kN", 1e3, Dimension::FORCE),
     ("Pa", 1.0, Dimension::PRESSURE),
@@ -51,6 +62,8 @@ pub(super) const UNITS: &[(&str, f64, Dimension)] = &[
     ("V", 1.0, Dimension::VOLTAGE),
     ("mV", 1e-3, Dimension::VOLTAGE),
     ("Ohm", 1.0, Dimension::RESISTANCE),
+    ("mOhm", 1e-3, Dimension::RESISTANCE),
+    ("kOhm", 1e3, Dimension::RESISTANCE),
     ("inch", 0.0254, Dimension::LENGTH),
     ("ft", 0.3048, Dimension::LENGTH),
     ("lbm", 0.453_592_37, Dimension::MASS),
@@ -80,10 +93,49 @@ pub(super) const MISTAKEN: &[(&str, &str)] = &[
     ("LPM", "L/min"),
     ("GPM", "gpm"),
     ("U", "rpm"),
-    ("sec", "s"),
     ("hr", "h"),
     ("Watt", "W"),
     ("pa", "Pa"),
     ("kw", "kW"),
     ("w", "W"),
+    ("BTU", "Btu"),
+    ("btu", "Btu"),
+    ("HP", "hp"),
+    ("ohm", "Ohm"),
+    ("Amp", "A"),
+    ("Volt", "V"),
+    ("sec", "s"),
+    ("Min", "min"),
 ];
+
+/// Characters that keyboards, fonts and loggers put in place of those in [`UNITS`], each with the right spelling. The letter ø is
+/// the degree sign of code page 850 read as Windows-1252.
+const LOOK_ALIKES: &[(&str, &str)] = &[
+    ("\u{2103}", "°C"),
+    ("\u{2109}", "°F"),
+    ("\u{c2}\u{b0}", "°"),
+    ("\u{ba}", "°"),
+    ("\u{2da}", "°"),
+    ("\u{2218}", "°"),
+    ("øC", "°C"),
+    ("øF", "°F"),
+    ("µ", "u"),
+    ("μ", "u"),
+    ("Ω", "Ohm"),
+    ("\u{2126}", "Ohm"),
+    ("\u{a0}", " "),
+    ("\u{202f}", " "),
+    ("\u{2009}", " "),
+    ("° ", "°"),
+];
+
+/// A unit with its look-alikes replaced.
+pub(super) fn plain(text: &str) -> Cow<'_, str> {
+    let mut plain = Cow::Borrowed(text.trim());
+    for (wrong, right) in LOOK_ALIKES {
+        if plain.contains(wrong) {
+            plain = Cow::Owned(plain.replace(wrong, right));
+        }
+    }
+    plain
+}

@@ -50,7 +50,7 @@ pub struct Drive {
 }
 
 /// Dimensions that a variable of the file may have; the unit selects one.
-const DIMENSIONS: [Dimension; 24] = [
+const DIMENSIONS: [Dimension; 29] = [
     Dimension::NUMBER,
     Dimension::LENGTH,
     Dimension::AREA,
@@ -75,6 +75,11 @@ const DIMENSIONS: [Dimension; 24] = [
     Dimension::TORQUE,
     Dimension::INERTIA,
     Dimension::DENSITY,
+    Dimension::VISCOSITY,
+    Dimension::PER_KELVIN,
+    Dimension::CURRENT,
+    Dimension::VOLTAGE,
+    Dimension::RESISTANCE,
 ];
 
 /// Reads a formula in a slot of `dimension`: text, a pure number, or `{ formula = "...", unit = "L/min" }`.

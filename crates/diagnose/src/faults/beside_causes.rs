@@ -13,7 +13,7 @@ use crate::screen::Screened;
 use crate::view::Comparison;
 use crate::{NOISE, Problem, WRONG};
 use coldplate_base::units::celsius;
-use coldplate_evidence::faults::{Fault, kelvin};
+use coldplate_evidence::faulty_readings::{Fault, kelvin};
 use coldplate_evidence::identify::chi_square_tail;
 use coldplate_evidence::measurement::whiten;
 

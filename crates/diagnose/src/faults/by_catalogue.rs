@@ -15,7 +15,7 @@ use crate::screen::Screened;
 use crate::view::Comparison;
 use crate::{NOISE, Problem, WRONG, rarer};
 use coldplate_base::error::Result;
-use coldplate_evidence::faults::{Cleared, Fault, blanked, is_at_edge, rest};
+use coldplate_evidence::faulty_readings::{Cleared, Fault, blanked, is_at_edge, rest};
 use coldplate_evidence::identify::chi_square_tail;
 use coldplate_evidence::measurement::{Data, whiten};
 

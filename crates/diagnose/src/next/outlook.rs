@@ -64,7 +64,7 @@ pub(super) fn all_sensors(problem: &Problem, rows: impl Iterator<Item = (String,
         line: None,
     };
     let rows = rows.map(row).collect();
-    Data { source: String::new(), sensors, names, rows, notes: Vec::new() }
+    Data { source: String::new(), sensors, names, rows, ..Data::default() }
 }
 
 /// A sensor's own error refers to the columns of the data; here all of the machine's sensors are columns.

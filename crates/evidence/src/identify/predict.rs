@@ -316,7 +316,7 @@ fn run_log(
         }
         schedule::Breakpoint { time: row.time.unwrap_or(0.0), values }
     };
-    let schedule = Schedule::from_rows(rows.iter().map(moved).collect())?;
+    let schedule = Schedule::from_rows(rows.iter().map(moved).collect(), &data.held)?;
     let (start, places) = beginning(&study.model.machine, data, &rows, start)?;
     let options = simulate::SimulateOptions {
         start,

@@ -56,8 +56,9 @@ mod tests {
             let text = format!("{head}, {sensor} [degC]\n{}\n", rows.join("\n"));
             let path = std::env::temp_dir().join(format!("coldplate-beyond-{}-{unit}.csv", std::process::id()));
             std::fs::write(&path, text).unwrap();
-            let notes = Data::read(&path, &machine).unwrap().notes;
+            let mut notes = Data::read(&path, &machine).unwrap().notes;
             std::fs::remove_file(&path).unwrap();
+            assert!(notes.remove(0).contains("3 lines seen"));
             notes
         };
         assert_eq!(notes("rpm", 2000.0), Vec::<String>::new());

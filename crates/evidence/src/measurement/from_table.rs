@@ -2,11 +2,11 @@
 
 use std::collections::HashMap;
 
-use super::{Data, ReadingRow, TEST, TIME, beyond};
+use super::{Data, ReadingRow, ReadingSettings, TEST, TIME, beyond};
 use coldplate_base::error::{Error, Result, did_you_mean};
 use coldplate_base::units::{self, Dimension, Measurand, celsius};
 use coldplate_describe::machine::{Condition, DescribedVariable, Machine};
-use coldplate_tables::{Column, Table};
+use coldplate_tables::{Column, Ledger, Table};
 
 /// Largest displacement that a machine can have, um. Chosen: larger numbers point to a wrong unit.
 const FARTHEST: f64 = 1e5;
@@ -15,33 +15,41 @@ const PLAUSIBLE: (f64, f64) = (150.0, 1500.0);
 /// Values outside the plausible bounds that scanners write if a sensor does not answer, degC: a missing reading. Chosen: any
 /// other such value is refused.
 const NO_ANSWER: [f64; 4] = [-127.0, -999.0, -9999.0, 9999.0];
+/// By how much clocks are set forward and back, s.
+const HOUR: f64 = 3600.0;
 /// Numbers that are usual temperatures of such machines in kelvin, and hardly ever in degC. Chosen: a wider range refuses hot
 /// machines.
 const LIKE_KELVIN: std::ops::Range<f64> = 250.0..420.0;
 
-/// Reads a table; `lines` are those of its header and rows, as far as they are known.
-pub(super) fn read(table: &Table, lines: &[usize], machine: &Machine, source: &str) -> Result<Data> {
-    let columns = Columns::of(table, lines, machine)?;
-    let (mut rows, mut notes) = (Vec::with_capacity(table.rows()), Vec::new());
-    let mut latest = HashMap::new();
+/// Reads a table with the account of its lines.
+pub(super) fn read(table: &Table, ledger: Ledger, settings: &ReadingSettings, machine: &Machine, source: &str) -> Result<Data> {
+    let columns = Columns::of(table, &ledger, machine)?;
+    let (mut rows, mut notes) = (Vec::with_capacity(table.rows()), ledger.sentences());
+    let (mut latest, mut second) = (HashMap::new(), 0);
     for r in 0..table.rows() {
         let mut row = columns.row(r, &mut notes).map_err(|e| columns.place(e, r))?;
-        follow(&mut rows, &mut latest, &mut row).map_err(|e| columns.place(e, r))?;
+        follow(&mut rows, &mut latest, &mut row, &mut second).map_err(|e| columns.place(e, r))?;
         rows.push(row);
     }
+    if second > 0 {
+        notes.push(format!("{second} readings at a time that has one already were left out: of two rows at one time the first counts"));
+    }
     columns.check_sensors(&rows, &mut notes)?;
+    let held = settings.held(&rows, machine, &mut notes)?;
+    gaps(&rows, &mut notes);
+    notes.extend(columns.unneeded());
     notes.extend(columns.missing());
     notes.extend(beyond::remarks(&rows, machine));
     let sensors: Vec<usize> = columns.sensors.into_iter().map(|(s, _)| s).collect();
     let names = sensors.iter().map(|s| machine.sensors[*s].name.clone()).collect();
-    Data { source: source.to_string(), sensors, names, rows, notes }.checked()
+    Data { source: source.to_string(), sensors, names, rows, held, ledger, notes }.checked()
 }
 
 /// Columns of a table by what they hold.
 struct Columns<'a> {
     machine: &'a Machine,
     table: &'a Table,
-    lines: &'a [usize],
+    ledger: &'a Ledger,
     /// Variables with a column.
     variables: Vec<(usize, &'a Column)>,
     /// Sensors with their readings, K or um; not a number where missing.
@@ -51,14 +59,15 @@ struct Columns<'a> {
 }
 
 impl<'a> Columns<'a> {
-    fn of(table: &'a Table, lines: &'a [usize], machine: &'a Machine) -> Result<Self> {
+    fn of(table: &'a Table, ledger: &'a Ledger, machine: &'a Machine) -> Result<Self> {
         let variable_of = |name: &str| machine.variables.iter().position(|v| v.name == name);
         let sensor_of = |name: &str| machine.sensors.iter().position(|s| s.name == name);
         for text in &table.texts {
-            if variable_of(&text.name).is_some() || sensor_of(&text.name).is_some() {
+            if variable_of(&text.name).is_some() || sensor_of(&text.name).is_some() || text.name == TIME {
                 table.column(&text.name)?; // says that the unit is missing
             }
-            if text.name != TEST && text.name != "note" {
+            // A text that nobody asked for is left out with a word; one with almost the name of something asked for was meant.
+            if ![TEST, "note"].contains(&text.name.as_str()) && did_you_mean(&text.name, known(machine)).is_some() {
                 return Err(unknown(&text.name, machine));
             }
         }
@@ -76,12 +85,12 @@ impl<'a> Columns<'a> {
             }
         }
         let times = if table.columns.iter().any(|c| c.name == TIME) { Some(table.column_si(TIME, Dimension::TIME)?) } else { None };
-        Ok(Self { machine, table, lines, variables, sensors, times })
+        Ok(Self { machine, table, ledger, variables, sensors, times })
     }
 
     /// Line of a row, if known.
     fn line(&self, r: usize) -> Option<usize> {
-        self.lines.get(r + 1).copied()
+        self.ledger.line(r)
     }
 
     /// An error at a row.
@@ -165,6 +174,13 @@ impl<'a> Columns<'a> {
         Ok(())
     }
 
+    /// Remark on the columns of texts that nothing needs.
+    fn unneeded(&self) -> Option<String> {
+        let names: Vec<String> =
+            self.table.texts.iter().filter(|t| ![TEST, "note"].contains(&t.name.as_str())).map(|t| format!("'{}'", t.name)).collect();
+        (!names.is_empty()).then(|| format!("columns without a unit that name nothing of this machine were left out: {}", names.join(", ")))
+    }
+
     /// Remark on the variables without a column.
     fn missing(&self) -> Option<String> {
         let has_none = |(v, _): &(usize, &DescribedVariable)| self.variables.iter().all(|(own, _)| own != v);
@@ -174,13 +190,24 @@ impl<'a> Columns<'a> {
 }
 
 /// Checks the time of a row against the row before it in its test. At an equal time, other conditions are a step and equal ones
-/// a copy; readings of one time count once, in the earlier row. `latest` holds the last row of each test.
-fn follow(rows: &mut [ReadingRow], latest: &mut HashMap<String, usize>, row: &mut ReadingRow) -> Result<()> {
+/// a copy; readings of one time count once, in the earlier row, and `second` counts the others. `latest` holds the last row of each
+/// test.
+fn follow(rows: &mut [ReadingRow], latest: &mut HashMap<String, usize>, row: &mut ReadingRow, second: &mut usize) -> Result<()> {
     let Some(time) = row.time else { return Ok(()) };
-    let Some(earlier) = latest.insert(row.test.clone(), rows.len()).map(|other| &mut rows[other]) else { return Ok(()) };
+    let Some(other) = latest.insert(row.test.clone(), rows.len()) else { return Ok(()) };
+    let before = rows[other].time;
+    let period = rows[..other].iter().rev().filter(|r| r.test == row.test).find_map(|r| Some(before? - r.time?).filter(|step| *step > 0.0));
+    let earlier = &mut rows[other];
     let Some(before) = earlier.time.filter(|before| time <= *before) else { return Ok(()) };
     let there = earlier.line.map_or(String::new(), |l| format!(" in line {l}"));
     if time < before {
+        let step = period.filter(|step| (time - before - (step - HOUR)).abs() <= 0.5 * step);
+        if step.is_some() {
+            let error =
+                Error::input("one hour stands twice in this log: its clock was set back").read(format!("{time} s after {before} s{there}"));
+            let help = "give times in UTC or with their offset, or name the zone in the file beside the data: zone = \"Europe/Berlin\"";
+            return Err(error.at_key(TIME).help(help));
+        }
         let error = Error::input("the times are not in order").read(format!("{time} s after {before} s{there}"));
         return Err(error.at_key(TIME).help("sort the rows of each test by time"));
     }
@@ -189,9 +216,27 @@ fn follow(rows: &mut [ReadingRow], latest: &mut HashMap<String, usize>, row: &mu
         let error = Error::input(format!("two rows of '{}' stand at {time} s", row.test)).read(format!("{time} s, as{there}"));
         return Err(error.at_key(TIME).help("keep one row for each time; a step is two rows with conditions that differ"));
     }
+    let lost = earlier.readings.iter().zip(&row.readings).filter(|(earlier, later)| earlier.is_some() && later.is_some()).count();
     earlier.readings.iter_mut().zip(&mut row.readings).for_each(|(earlier, later)| *earlier = earlier.or(later.take()));
     row.readings.fill(None);
+    *second += lost;
     Ok(())
+}
+
+/// Remarks on gaps of an hour and a period: clocks that are set forward leave such gaps.
+fn gaps(rows: &[ReadingRow], notes: &mut Vec<String>) {
+    let mut latest: HashMap<&str, (f64, f64, Option<usize>)> = HashMap::new();
+    for row in rows {
+        let Some(time) = row.time else { continue };
+        let Some((before, period, line)) = latest.insert(&row.test, (time, f64::NAN, row.line)) else { continue };
+        let step = time - before;
+        if let (true, Some(a), Some(b)) = ((step - HOUR - period).abs() <= 0.01 * period + 1.0, line, row.line) {
+            notes.push(format!(
+                "between lines {a} and {b} one hour is missing, as if the clock had been set forward: taken as a gap (zone = \"Europe/Berlin\" in the file beside the data tells the clock's own time)"
+            ));
+        }
+        latest.insert(&row.test, (time, if step > 0.0 && step < HOUR { step } else { period }, row.line));
+    }
 }
 
 /// Checks that a condition can be meant as it is written.
@@ -225,17 +270,14 @@ fn like_kelvin(rows: &[ReadingRow], column: usize, machine: &Machine) -> Option<
     first
 }
 
+fn known(machine: &Machine) -> impl Iterator<Item = &str> {
+    machine.variables.iter().map(|v| v.name.as_str()).chain(machine.sensors.iter().map(|s| s.name.as_str())).chain([TEST, TIME])
+}
+
 fn unknown(name: &str, machine: &Machine) -> Error {
-    let known: Vec<&str> = machine
-        .variables
-        .iter()
-        .map(|v| v.name.as_str())
-        .chain(machine.sensors.iter().map(|s| s.name.as_str()))
-        .chain([TEST, TIME])
-        .collect();
     let error = Error::input(format!("'{name}' is neither a condition nor a sensor of this machine")).at_key(name);
-    match did_you_mean(name, known.iter().copied()) {
+    match did_you_mean(name, known(machine)) {
         Some(near) => error.help(format!("did you mean '{near}'?")),
-        None => error.help(format!("known: {}", known.join(", "))),
+        None => error.help(format!("known: {}", known(machine).collect::<Vec<_>>().join(", "))),
     }
 }

@@ -7,6 +7,7 @@
 mod beyond;
 pub mod filter;
 mod from_table;
+mod reading;
 mod thin;
 mod uncertainty;
 pub mod wander;
@@ -15,19 +16,21 @@ pub mod whiten;
 use std::collections::HashMap;
 use std::path::Path;
 
+use serde::Serialize;
+
 use coldplate_base::error::{Error, Result, did_you_mean};
 use coldplate_base::units::Measurand;
 use coldplate_describe::machine::{Condition, DescribedVariable, Machine, Measurement};
-use coldplate_tables::Table;
+use coldplate_tables::{Ledger, Table};
 
+pub use reading::ReadingSettings;
 pub use thin::{MOST_READINGS, thinned, thinned_evenly};
 pub use uncertainty::{MeasurementUncertainty, VariableUncertainty};
 pub use whiten::Whitener;
 
 /// Name of the column with the test of each row.
 pub const TEST: &str = "test";
-/// Name of the column of times.
-pub const TIME: &str = "time";
+pub use coldplate_tables::TIME;
 
 /// One row of readings.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,7 +48,7 @@ pub struct ReadingRow {
 }
 
 /// Measured data.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Data {
     /// Source of the data: a path or a description.
     pub source: String,
@@ -55,7 +58,24 @@ pub struct Data {
     pub names: Vec<String>,
     /// The rows.
     pub rows: Vec<ReadingRow>,
+    /// Whether each variable of the machine stays until the next row of a log instead of running straight to it; variables beyond
+    /// the end run straight.
+    pub held: Vec<bool>,
+    /// Account of the lines of the file.
+    pub ledger: Ledger,
     /// Remarks, such as on readings that were left out.
+    pub notes: Vec<String>,
+}
+
+/// What was read of the data, and what was not, as outside programs read it.
+#[derive(Debug, Clone, Serialize)]
+pub struct AccountRecord {
+    /// Account of the lines of the file.
+    #[serde(flatten)]
+    pub file: Ledger,
+    /// Readings that count.
+    pub readings: usize,
+    /// Every sentence that the command prints on the data.
     pub notes: Vec<String>,
 }
 
@@ -67,16 +87,18 @@ impl Data {
     /// that is missing; a reading that is no temperature; two rows of a test at the same time with the same conditions and
     /// other readings; no reading at all. Each names its line and column.
     pub fn read(path: &Path, machine: &Machine) -> Result<Self> {
-        let (table, lines) = Table::read_with_lines(path)?;
-        Self::from_table(&table, &lines, machine, &path.display().to_string()).map_err(|e| e.in_file(path))
+        let settings = ReadingSettings::beside(path)?;
+        let (table, ledger) = Table::read_with_ledger(path)?;
+        Self::from_table(table, ledger, &settings, machine, &path.display().to_string()).map_err(|e| e.in_file(path))
     }
 
-    /// Data from a table; `lines` are those of its header and rows, as far as they are known.
+    /// Data from a table with the account of its lines.
     ///
     /// # Errors
     /// Errors of [`Data::read`].
-    pub fn from_table(table: &Table, lines: &[usize], machine: &Machine, source: &str) -> Result<Self> {
-        from_table::read(table, lines, machine, source)
+    pub fn from_table(mut table: Table, mut ledger: Ledger, settings: &ReadingSettings, machine: &Machine, source: &str) -> Result<Self> {
+        table.read_stamps(&mut ledger, settings.zone.as_deref())?;
+        from_table::read(&table, ledger, settings, machine, source)
     }
 
     /// Measurements of the machine file itself.
@@ -104,7 +126,12 @@ impl Data {
         };
         let rows = machine.measurements.iter().map(row).collect::<Result<_>>()?;
         let names = sensors.iter().map(|s| machine.sensors[*s].name.clone()).collect();
-        Self { source: "the machine file".into(), sensors, names, rows, notes: Vec::new() }.checked()
+        Self { source: "the machine file".into(), sensors, names, rows, ..Self::default() }.checked()
+    }
+
+    /// The account of the reading of the data for other programs.
+    pub fn account(&self) -> AccountRecord {
+        AccountRecord { file: self.ledger.clone(), readings: self.count(), notes: self.notes.clone() }
     }
 
     /// A reading of a column (K or um) in the unit of display, degC or um.

@@ -152,7 +152,7 @@ mod tests {
             line: None,
         };
         let rows = (0..1000).map(row).collect();
-        let data = Data { source: String::new(), sensors: vec![0], names: vec!["s".into()], rows, notes: Vec::new() };
+        let data = Data { source: String::new(), sensors: vec![0], names: vec!["s".into()], rows, ..Data::default() };
         let thin = thinned(&data, 100);
         let times: Vec<f64> = thin.rows.iter().filter_map(|r| r.time).collect();
         assert!((101..105).contains(&times.len()), "{}", times.len());
@@ -177,7 +177,7 @@ mod tests {
         };
         let names = vec!["s".into(), "t".into()];
         let rows = (0..1000).map(row).collect();
-        let data = Data { source: String::new(), sensors: vec![0, 1], names, rows, notes: Vec::new() };
+        let data = Data { source: String::new(), sensors: vec![0, 1], names, rows, ..Data::default() };
         let thin = thinned(&data, 200);
         assert_eq!(thin.rows.len(), 1000);
         assert!((200..=402).contains(&thin.count()), "{}", thin.count());

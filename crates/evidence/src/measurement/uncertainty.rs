@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::Data;
+use super::{Data, ReadingSettings, reading};
 use coldplate_base::document::{Document, Section, Value};
 use coldplate_base::error::{Error, Result, did_you_mean};
 use coldplate_base::units::{self, Dimension, Measurand};
@@ -93,6 +93,8 @@ impl MeasurementUncertainty {
     /// bias = "0.1 K"                  # of a sensor, the same in all its readings
     /// model = "0.05 K"                # of mesh and solver; a standard deviation always
     /// timing = "1 s"                  # of a log's clock, and of the lags of sensors
+    /// zone = "Europe/Berlin"          # of dates that say none
+    /// held = ["heater"]               # conditions that stay until the next row of a log; joined = [...] run straight to it
     /// [condition]
     /// coolant_temperature = "0.1 K"
     /// coolant_flow = "0.05 L/min"     # or "2 %"
@@ -109,6 +111,8 @@ impl MeasurementUncertainty {
         found.file = Some(path.to_path_buf());
         let scale = match root.opt("kind") {
             Some(kind) => [RECTANGULAR, 1.0][kind.choice(&["limits", "standard deviations"])?],
+            // A file that only says how the table is read states no uncertainty.
+            None if root.keys().all(|key| reading::KEYS.contains(&key)) => 1.0,
             None => {
                 let error = root.error("the file does not say whether its numbers are limits or standard deviations");
                 return Err(error.help("write kind = \"limits\" or kind = \"standard deviations\""));
@@ -121,6 +125,7 @@ impl MeasurementUncertainty {
         for (name, section) in root.sections("sensor")? {
             found.read_sensor(&name, section, scale, data, machine)?;
         }
+        ReadingSettings::of(&root)?;
         if let Some(note) = root.opt("note") {
             note.text()?;
         }

@@ -71,7 +71,8 @@ pub(super) fn write(path: &Path, identity: &Identity, state: &TransientState, fr
     to.number(state.step);
     to.count(state.steps);
     to.count(state.rejected);
-    to.numbers(&[state.energy.entered, state.energy.left, state.energy.stored]);
+    let Energy { entered, left, stored, moved, rounding } = state.energy;
+    to.numbers(&[entered, left, stored, moved, rounding]);
     to.count(usize::from(state.before.is_some()));
     if let Some(Before { temperatures, between, length, time, variables, flow, passing }) = &state.before {
         [temperatures, between, variables, flow].into_iter().for_each(|values| to.numbers(values));
@@ -251,7 +252,7 @@ impl Decoder<'_> {
         });
         let water = water.collect::<Option<_>>()?;
         let (step, steps, rejected) = (self.number()?, self.count(0)?, self.count(0)?);
-        let [entered, left, stored] = self.numbers()?.try_into().ok()?;
+        let [entered, left, stored, moved, rounding] = self.numbers()?.try_into().ok()?;
         let before = if self.count(0)? > 0 { Some(self.before()?) } else { None };
         let fronts = Fronts { until: self.number()?, are_near: self.count(0)? > 0 };
         let readings = (0..self.count(8)?).map(|_| self.numbers()).collect::<Option<_>>()?;
@@ -261,7 +262,7 @@ impl Decoder<'_> {
         let (within, at) = (self.number()?, self.number()?);
         let settling = Settling { within, time: at, distances: self.numbers()?, since: self.numbers()? };
         let passing = self.passing()?;
-        let energy = Energy { entered, left, stored };
+        let energy = Energy { entered, left, stored, moved, rounding };
         let state = TransientState { time, temperatures, water, step, steps, rejected, energy, before };
         Some((state, fronts, Observations { readings, heat_flows, steady, settling, passing }))
     }

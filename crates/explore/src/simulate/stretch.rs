@@ -110,7 +110,7 @@ mod tests {
     fn rows_on_a_line_are_no_corners() {
         let row = |(time, value): (f64, f64)| Breakpoint { time, values: vec![value, 3.0] };
         let rows = [(0.0, 1.0), (1.0, 1.0), (4.0, 1.0), (4.0, 2.0), (6.0, 2.4), (9.0, 3.0), (10.0, 3.0), (11.0, 3.0)];
-        let schedule = Schedule::from_rows(rows.map(row).to_vec()).unwrap();
+        let schedule = Schedule::from_rows(rows.map(row).to_vec(), &[]).unwrap();
         let stops = stops(&schedule, Some(0.5)).unwrap();
         let stretches = Stretch::all(&schedule, &stops);
         let ends: Vec<(f64, f64)> = stretches.iter().map(Stretch::ends).collect();

@@ -6,7 +6,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use super::journal::{ConditionOutcome, Journal};
-use coldplate_base::error::{Error, Result};
+use coldplate_base::error::{Error, Result, panic_text};
 use coldplate_base::progress::Progress;
 
 /// Options of a run.
@@ -123,9 +123,6 @@ fn outcome_of(index: usize, outputs: usize, solve: &(impl Fn(usize) -> Result<Ve
         Ok(Err(error)) => {
             ConditionOutcome::Failed(error.to_string().lines().map(str::trim).filter(|l| !l.is_empty()).collect::<Vec<_>>().join("; "))
         }
-        Err(panic) => {
-            let text = panic.downcast_ref::<&str>().map(ToString::to_string).or_else(|| panic.downcast_ref::<String>().cloned());
-            ConditionOutcome::Failed(format!("the solver broke down: {}", text.unwrap_or_else(|| "no message".into())))
-        }
+        Err(panic) => ConditionOutcome::Failed(format!("the solver broke down: {}", panic_text(&*panic))),
     })
 }

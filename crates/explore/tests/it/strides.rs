@@ -23,7 +23,7 @@ fn schedule(study: &Study) -> Schedule {
         (values[power], values[hall]) = (*watts, *kelvin);
         Breakpoint { time: *time, values }
     };
-    Schedule::from_rows(rows.iter().map(row).collect()).unwrap()
+    Schedule::from_rows(rows.iter().map(row).collect(), &[]).unwrap()
 }
 
 /// As an integration to a hundredth of the usual error, in four steps; heat adds up.

@@ -9,10 +9,10 @@ use super::canvas::{Canvas, PixelPoint, Stroke};
 use super::contour::{ValueGrid, around};
 use super::legend::{Legend, Swatch, paint_badge, paint_here};
 use super::levels::{self, ContourLevel};
-use super::page::{MARGIN, Page, fixed_conditions};
 use super::regions::{Hatch, Zone, fill_positive, hatch, zones};
 use super::style::{ACCEPTABLE, Dash, INK, NOT_ACCEPTABLE, Quantity, Rgb, UNCERTAIN, fixed, unit_symbol};
 use super::ticks::{Range, linear};
+use super::title_and_footer::{MARGIN, Page, fixed_conditions};
 use coldplate_base::error::{Error, Result};
 
 /// Verdict on a condition.

@@ -6,11 +6,11 @@ use super::canvas::{Canvas, CanvasText, Stroke};
 use super::fonts::{self, FontWeight};
 use super::heat::watts;
 use super::legend::{Legend, Swatch};
-use super::page::{MARGIN, Page, fixed_conditions};
 use super::regions::{Hatch, hatch_rectangle};
 use super::rows::NamedRows;
 use super::style::{AXIS, BLUE, Quantity, Rgb, size};
 use super::ticks::Range;
+use super::title_and_footer::{MARGIN, Page, fixed_conditions};
 use coldplate_base::error::{Error, Result};
 
 /// One source or sink, W; `None` if it is not part of the model.

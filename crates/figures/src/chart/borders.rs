@@ -8,10 +8,10 @@ use super::canvas::{Canvas, CanvasText, PixelPoint, Stroke};
 use super::contour::{ValueGrid, around, label_place};
 use super::fonts::{self, FontWeight};
 use super::legend::{Legend, Swatch};
-use super::page::{MARGIN, Page, fixed_conditions};
 use super::regions::{Hatch, hatch};
 use super::style::{Quantity, series};
 use super::ticks::Range;
+use super::title_and_footer::{MARGIN, Page, fixed_conditions};
 use coldplate_base::error::{Error, Result};
 
 /// One model of the machine over two variables; values per node lie at `[j * x_values.len() + i]`.

@@ -5,10 +5,10 @@ use super::Figure;
 use super::axis::PlotAxis;
 use super::canvas::{Canvas, Stroke};
 use super::legend::{Legend, Swatch};
-use super::page::{MARGIN, Page};
 use super::rows::NamedRows;
 use super::style::{BLUE, DASHED, GREEN, GRID, INK, Marker, Rgb, VERMILLION, size, unit_symbol};
 use super::ticks::Range;
+use super::title_and_footer::{MARGIN, Page};
 use coldplate_base::error::{Error, Result};
 
 /// Errors of one point's surrogate, in the unit of the figure; `None` if not known.

@@ -4,11 +4,11 @@ use super::Figure;
 use super::axis::PlotAxis;
 use super::canvas::{Canvas, CanvasText, Stroke};
 use super::fonts::{self, FontWeight};
-use super::page::{MARGIN, Page, fixed_conditions};
 use super::regions::{Hatch, hatch_rectangle};
 use super::rows::NamedRows;
 use super::style::{AXIS, INK, ORANGE, Quantity, Rgb, SKY, fixed, number, size};
 use super::ticks::Range;
+use super::title_and_footer::{MARGIN, Page, fixed_conditions};
 use coldplate_base::error::{Error, Result};
 
 /// Heat in per source and heat out per sink, W.

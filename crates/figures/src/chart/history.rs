@@ -4,9 +4,9 @@ use super::Figure;
 use super::axis::{PlotAxis, PlotFrame};
 use super::canvas::{Canvas, Stroke};
 use super::legend::{Legend, Swatch};
-use super::page::{MARGIN, Page};
 use super::style::{DASHED, MUTED, Quantity, Rgb, SOLID, readable, series, size};
 use super::ticks::Range;
+use super::title_and_footer::{MARGIN, Page};
 use coldplate_base::error::{Error, Result};
 
 /// One sensor or one condition.

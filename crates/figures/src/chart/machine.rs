@@ -6,9 +6,9 @@ use super::Figure;
 use super::canvas::{Canvas, CanvasText, PixelPoint, Stroke};
 use super::depth::{Around, order};
 use super::fonts::{self, FontWeight};
-use super::page::{MARGIN, Page, fixed_conditions};
 use super::style::{AXIS, BLUE, INK, MUTED, Marker, Quantity, Rgb, VERMILLION, WHITE, fixed, sequential, size, unit_symbol};
 use super::ticks::{Range, linear};
+use super::title_and_footer::{MARGIN, Page, fixed_conditions};
 use coldplate_base::error::{Error, Result};
 
 /// A flat piece of a surface.

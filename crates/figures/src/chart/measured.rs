@@ -4,10 +4,10 @@ use super::Figure;
 use super::axis::PlotAxis;
 use super::canvas::{Canvas, Stroke};
 use super::legend::{Legend, Swatch};
-use super::page::{MARGIN, Page, fixed_conditions};
 use super::rows::NamedRows;
 use super::style::{BLUE, GRID, INK, Marker, Quantity, Rgb, VERMILLION, size};
 use super::ticks::Range;
+use super::title_and_footer::{MARGIN, Page, fixed_conditions};
 use coldplate_base::error::{Error, Result};
 
 /// One sensor; `None` if not known.

@@ -5,9 +5,9 @@ use super::axis::{PlotAxis, PlotFrame};
 use super::canvas::{Canvas, CanvasText, Stroke};
 use super::fonts::{self, FontWeight};
 use super::legend::{Swatch, paint_swatch};
-use super::page::{MARGIN, Page, fixed_conditions};
 use super::style::{AXIS, GRID, MUTED, Quantity, STRIPE, series, size};
 use super::ticks::Range;
+use super::title_and_footer::{MARGIN, Page, fixed_conditions};
 use super::{Figure, style};
 use coldplate_base::error::{Error, Result};
 

@@ -7,9 +7,9 @@ use super::axis::PlotFrame;
 use super::canvas::{Canvas, CanvasText, PixelPoint, Stroke};
 use super::fonts::{self, FontWeight};
 use super::legend::{Swatch, paint_badge, paint_here, paint_swatch};
-use super::page::fixed_conditions;
 use super::regions::hatch_rectangle;
 use super::style::{AXIS, GRID, INK, MUTED, Quantity, Rgb, STRIPE, WHITE, number};
+use super::title_and_footer::fixed_conditions;
 use coldplate_base::error::{Error, Result};
 
 /// One cell of the table of smallest flows.

@@ -5,9 +5,9 @@ use super::axis::{PlotAxis, PlotFrame};
 use super::canvas::{Canvas, CanvasText, PixelPoint, Stroke};
 use super::fonts::{self, FontWeight};
 use super::legend::{Legend, Swatch};
-use super::page::{MARGIN, Page};
 use super::style::{Quantity, series, size};
 use super::ticks::Range;
+use super::title_and_footer::{MARGIN, Page};
 use coldplate_base::error::{Error, Result};
 
 /// One small plot.

@@ -5,9 +5,9 @@ use super::Figure;
 use super::axis::{PlotAxis, PlotFrame};
 use super::canvas::{Canvas, CanvasText, Stroke};
 use super::legend::{Legend, Swatch};
-use super::page::{MARGIN, Page};
 use super::style::{AXIS, BLUE, DASHED, INK, MUTED, Marker, Quantity, Rgb, VERMILLION, number, size, unit_symbol};
 use super::ticks::Range;
+use super::title_and_footer::{MARGIN, Page};
 use coldplate_base::error::{Error, Result};
 
 /// One condition.

@@ -5,11 +5,11 @@ use super::axis::PlotAxis;
 use super::canvas::{Canvas, CanvasText, Stroke};
 use super::fonts::{self, FontWeight};
 use super::legend::{Legend, Swatch};
-use super::page::{MARGIN, Page};
 use super::regions::{Hatch, hatch_rectangle};
 use super::rows::NamedRows;
 use super::style::{AXIS, BLUE, ORANGE, Rgb, SKY, fixed, size};
 use super::ticks::Range;
+use super::title_and_footer::{MARGIN, Page};
 use coldplate_base::error::{Error, Result};
 
 /// Standing of an explanation before the data.

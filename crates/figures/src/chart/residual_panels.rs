@@ -4,10 +4,10 @@ use super::Figure;
 use super::axis::{PlotAxis, PlotFrame};
 use super::canvas::Canvas;
 use super::legend::{Legend, Swatch};
-use super::page::{MARGIN, Page};
 use super::parity::{error_range, paint_band};
 use super::style::{Marker, Quantity, Rgb, series, size};
 use super::ticks::Range;
+use super::title_and_footer::{MARGIN, Page};
 use coldplate_base::error::{Error, Result};
 
 /// Residuals of several sensors over the variables of the conditions.

@@ -3,9 +3,9 @@
 use super::Figure;
 use super::canvas::{Canvas, CanvasText, PixelPoint, PixelSize, Stroke};
 use super::fonts::{self, FontWeight};
-use super::page::{MARGIN, Page};
 use super::rows::NamedRows;
 use super::style::{AXIS, BLUE, GRID, INK, MUTED, Rgb, STRIPE, VERMILLION, WHITE, fixed, number, size};
+use super::title_and_footer::{MARGIN, Page};
 use coldplate_base::error::{Error, Result};
 
 /// Sheets of the same sensors and conditions, side by side where there is room.

@@ -5,10 +5,10 @@ use super::Figure;
 use super::axis::{PlotAxis, PlotFrame};
 use super::canvas::Canvas;
 use super::legend::{Legend, Swatch};
-use super::page::{MARGIN, Page};
 use super::parity::{error_range, look, paint_band};
 use super::style::{DASHED, INK, Quantity, size, unit_symbol};
 use super::ticks::Range;
+use super::title_and_footer::{MARGIN, Page};
 use coldplate_base::error::{Error, Result};
 
 /// Residuals of one measurement point.

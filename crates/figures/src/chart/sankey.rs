@@ -4,8 +4,8 @@ use super::Figure;
 use super::canvas::{Canvas, CanvasText, PixelPoint, Stroke};
 use super::fonts::{self, FontWeight};
 use super::heat::watts;
-use super::page::{MARGIN, Page, fixed_conditions};
 use super::style::{INK, ORANGE, Quantity, Rgb, SKY, VERMILLION};
+use super::title_and_footer::{MARGIN, Page, fixed_conditions};
 use coldplate_base::error::{Error, Result};
 
 /// Kind of a station on the way of the heat.

@@ -6,9 +6,9 @@ use super::canvas::{Canvas, CanvasText, PixelPoint, Stroke};
 use super::contour::{ValueGrid, around, label_place};
 use super::fonts::{self, FontWeight};
 use super::legend::{Legend, Swatch};
-use super::page::{MARGIN, Page};
 use super::style::{BLUE, DASHED, INK, Marker, Quantity, Rgb, VERMILLION, number, series, size};
 use super::ticks::Range;
+use super::title_and_footer::{MARGIN, Page};
 use coldplate_base::error::{Error, Result};
 
 /// Temperature of one sensor along a parameter, the other at its best value.

@@ -10,9 +10,9 @@ use super::{Head, path_of};
 use coldplate_base::document::Section;
 use coldplate_base::error::{Error, Result};
 use coldplate_base::units::{dimension_of, express};
-use coldplate_figures::chart::page::fixed_conditions;
 use coldplate_figures::chart::panels::{Panel, PanelsFigure};
 use coldplate_figures::chart::style::Quantity;
+use coldplate_figures::chart::title_and_footer::fixed_conditions;
 use coldplate_surrogate::fit::one_factor::OneFactorFit;
 use coldplate_tables::{Column, Table};
 

@@ -11,8 +11,8 @@ use coldplate_base::document::Section;
 use coldplate_base::error::Result;
 use coldplate_figures::chart::sankey::{HeatBand, HeatStation, HeatTotal, SankeyFigure, Stage};
 use coldplate_figures::chart::style::number;
+use coldplate_solve::heat_paths::RouteEnd;
 use coldplate_solve::meshed::{MeshedMachine, NamedRoute, SteadyState};
-use coldplate_solve::routes::RouteEnd;
 
 /// Share of all heat below which stations are put together, if the definition does not say. Chosen: thinner bands
 /// cannot be told apart.

@@ -15,8 +15,8 @@ use coldplate_base::document::Section;
 use coldplate_base::error::{Error, Result};
 use coldplate_figures::chart::acceptability::CellState;
 use coldplate_figures::chart::operator_sheet::{FlowCell, FlowTable, OperatorSheet};
-use coldplate_figures::chart::page::fixed_conditions;
 use coldplate_figures::chart::style::{Quantity, fixed as decimals, number, readable};
+use coldplate_figures::chart::title_and_footer::fixed_conditions;
 use coldplate_surrogate::verdict::{self, Acceptability, Inverse, Surrogate, condition, free_within};
 
 /// Most conditions at which one flow is tried: with ends and middle of every range (3⁵), and with the ends alone

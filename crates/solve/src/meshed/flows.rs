@@ -1,7 +1,7 @@
 //! Heat of a state by source and by sink, with names.
 
 use super::{MeshedMachine, SteadyState};
-use crate::routes::{RouteEnd, heat_routes};
+use crate::heat_paths::{RouteEnd, heat_routes};
 use coldplate_describe::machine::SensorReading;
 
 /// Heat by source and by sink, W.

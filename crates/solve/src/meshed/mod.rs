@@ -2,6 +2,7 @@
 
 mod boundaries;
 mod budget;
+mod cells_by_error;
 mod coarse_start;
 pub mod described;
 mod flows;
@@ -9,15 +10,14 @@ mod inventory;
 mod limits;
 mod mesh_error;
 pub mod record;
-mod within;
 
 pub use boundaries::BoundaryEntry;
+pub use cells_by_error::ChosenCells;
 pub use flows::{Flows, HeatPlace, NamedRoute, OutletSensor};
 pub use inventory::{ChannelEntry, ContactEntry, ImportEntry, Inventory, PartEntry, SourceEntry, inventory, source_powers};
 pub use limits::{LimitState, limit_states};
 pub use mesh_error::MeshErrors;
 pub use record::{ChosenRecord, MeshRecord, SolveRecord};
-pub use within::ChosenCells;
 
 use crate::{Solution, Solver, SteadySettings};
 use coldplate_base::error::Result;

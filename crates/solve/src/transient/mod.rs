@@ -90,13 +90,29 @@ pub struct Energy {
     pub left: f64,
     /// Increase of the stored heat since the beginning.
     pub stored: f64,
+    /// Heat that parts and water took up or gave off from step to step, whatever its sign: what a closed machine exchanges inside.
+    pub moved: f64,
+    /// Rounding of the stored heat, step by step.
+    pub rounding: f64,
 }
 
+/// Rounding of a sum of enthalpies, in units of its terms' rounding; dimensionless. Chosen: a few operations for each term.
+const ROUNDINGS: f64 = 8.0;
+
 impl Energy {
-    /// Error of the balance, entered - left - stored, over the largest of the three.
+    /// Error of the balance, entered - left - stored, beyond rounding and over the largest of the three and of the heat that moved.
     pub fn relative(&self) -> f64 {
-        let largest = self.entered.max(self.left).max(self.stored.abs());
-        if largest > 0.0 { (self.entered - self.left - self.stored).abs() / largest } else { 0.0 }
+        let largest = self.entered.max(self.left).max(self.stored.abs()).max(self.moved);
+        let open = (self.entered - self.left - self.stored).abs();
+        // An error that is not a number is not within rounding.
+        if open <= self.rounding { 0.0 } else { (open - self.rounding) / largest }
+    }
+
+    /// Counts the heat `more` that something took up and now has `now`, J.
+    fn store(&mut self, more: f64, now: f64) {
+        self.stored += more;
+        self.moved += more.abs();
+        self.rounding += ROUNDINGS * f64::EPSILON * now.abs();
     }
 
     fn add(&mut self, entered: f64, left: f64) {
@@ -423,15 +439,24 @@ impl<'a> Transient<'a> {
             energy.add(weight * h * passing.entering, weight * h * passing.leaving);
         }
         energy.add(water.brought.max(0.0) + water.dissipated, (-water.brought).max(0.0));
-        energy.stored += water.stored + self.stored(&state.temperatures, &temperatures);
+        energy.stored += water.stored;
+        energy.moved += water.stored.abs();
+        self.store(&mut energy, &state.temperatures, &temperatures);
         Ok((Taken { temperatures, between: at_between, water: water.parcels, energy, load: end, flow, passing: last }, error))
     }
 
-    /// More heat in the solids than before, J.
-    fn stored(&self, before: &[f64], after: &[f64]) -> f64 {
-        let more = |i: usize| self.network.enthalpy(i, after[i]) - self.network.enthalpy(i, before[i]);
-        let held: f64 = self.network.fixed.iter().map(|(node, _)| more(*node as usize)).sum();
-        (0..self.network.solids).map(more).sum::<f64>() - held
+    /// Counts the heat that the solids took up in a step.
+    fn store(&self, energy: &mut Energy, before: &[f64], after: &[f64]) {
+        let mut is_held = vec![false; self.network.solids];
+        for (node, _) in &self.network.fixed {
+            if let Some(held) = is_held.get_mut(*node as usize) {
+                *held = true;
+            }
+        }
+        for i in (0..self.network.solids).filter(|i| !is_held[*i]) {
+            let (then, now) = (self.network.enthalpy(i, before[i]), self.network.enthalpy(i, after[i]));
+            energy.store(now - then, now);
+        }
     }
 }
 

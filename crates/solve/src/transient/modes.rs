@@ -138,7 +138,7 @@ impl Modes {
             pass(conductance * (0.5 * h * (begin.fixed[*fixed] + end.fixed[*fixed]) - integral[*storing]));
         }
         for (i, node) in self.nodes.iter().enumerate() {
-            state.energy.stored += network.capacity[*node] * (after[i] - before[i]);
+            state.energy.store(network.capacity[*node] * (after[i] - before[i]), network.capacity[*node] * after[i]);
             state.temperatures[*node] = after[i];
         }
         network.hold(end, &mut state.temperatures);

@@ -160,7 +160,7 @@ pub fn case(seed: u64, family: Family) -> Case {
     };
     let rows = conditions.iter().enumerate().map(row).collect();
     let names: Vec<String> = sensors.iter().map(|s| study.model.machine.sensors[*s].name.clone()).collect();
-    let mut data = Data { source: "a twin".into(), sensors: sensors.clone(), names, rows, notes: Vec::new() };
+    let mut data = Data { source: "a twin".into(), sensors: sensors.clone(), names, rows, ..Data::default() };
     let with = |hidden: &[Hidden]| -> Option<Vec<f64>> {
         let lines: Vec<(String, String)> = hidden.iter().flat_map(|h| h.lines.clone()).collect();
         let affected = truth.edited(&lines).unwrap_or_else(|e| panic!("{hidden:?}: {e}"));

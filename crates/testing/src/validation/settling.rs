@@ -50,7 +50,7 @@ pub fn run(study: &Study, test: &str) -> Result<Run> {
     let speed = machine.variables.iter().position(|v| v.name == "motor_speed").ok_or_else(|| Error::input("no speed"))?;
     stands[speed] = 0.0;
     let at = |time: f64, values: &[f64]| Breakpoint { time, values: values.to_vec() };
-    let schedule = Schedule::from_rows(vec![at(0.0, &stands), at(0.0, &works), at(2.0 * 3600.0, &works)])?;
+    let schedule = Schedule::from_rows(vec![at(0.0, &stands), at(0.0, &works), at(2.0 * 3600.0, &works)], &[])?;
     let options = SimulateOptions { start: Start::Steady, every: Some(STEP), ..SimulateOptions::default() };
     let history = simulate::run(&study.model, &schedule, &options, &mut |_| {})?;
     let sensor =

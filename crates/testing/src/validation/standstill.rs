@@ -71,7 +71,7 @@ pub fn log(study: &Study, water: bool) -> Result<Data> {
     };
     let mut rows = vec![row(0.0, &works), row(60.0, &rests)];
     rows.extend(HOURS.map(|h| row(3600.0 * h, &rests)));
-    Ok(Data { source: "synthetic".into(), sensors: display.sensors, names: display.names, rows, notes: Vec::new() })
+    Ok(Data { source: "synthetic".into(), sensors: display.sensors, names: display.names, rows, ..Data::default() })
 }
 
 /// Fills a log with a machine's own values and with errors within the instruments' limits.

@@ -4,7 +4,7 @@ use coldplate_base::document::Document;
 use coldplate_base::progress::Silent;
 use coldplate_describe::machine::Condition;
 use coldplate_diagnose::{Diagnosis, Problem, Verdict, settled};
-use coldplate_evidence::faults::FaultKind;
+use coldplate_evidence::faulty_readings::FaultKind;
 use coldplate_testing::machines::SMALL;
 
 use super::hidden::Hidden;

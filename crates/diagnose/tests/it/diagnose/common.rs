@@ -152,7 +152,7 @@ pub(super) fn lumped(lines: &[(&str, &str)], seed: u64) -> Problem {
         sensors: vec![0, 1],
         names: vec!["motor".into(), "nut".into()],
         rows: (1..=20).map(&mut row).collect(),
-        notes: Vec::new(),
+        ..Data::default()
     };
     let values = identify::values(&truth, &data, Start::Steady).unwrap();
     for (row, values) in data.rows.iter_mut().zip(values.chunks(2)) {
@@ -251,7 +251,7 @@ fn causes_of_circuits_in_series() {
         sensors: (0..machine.sensors.len()).collect(),
         names: machine.sensors.iter().map(|s| s.name.clone()).collect(),
         rows: (2..6).map(row).collect(),
-        notes: Vec::new(),
+        ..Data::default()
     };
     let scales = Scales::of(&data, machine);
     for h in hypotheses(&study, &data, &[]) {

@@ -66,7 +66,7 @@ impl Case {
             names: machine.sensors.iter().map(|s| s.name.clone()).collect(),
             sensors: (0..machine.sensors.len()).collect(),
             rows: shares.iter().map(row).collect(),
-            notes: Vec::new(),
+            ..Data::default()
         };
         let heated = machine.parts.first().map(|p| &p.name).or(machine.nodes.first().map(|n| &n.name)).unwrap().clone();
         let expression = "2 + 0.01 * ambient_temperature_degC".to_string();

@@ -4,7 +4,7 @@ use coldplate_base::document::Document;
 use coldplate_base::progress::Silent;
 use coldplate_describe::machine::Condition;
 use coldplate_diagnose::{Problem, Verdict, diagnose};
-use coldplate_evidence::faults::{Fault, FaultKind, cleared, find};
+use coldplate_evidence::faulty_readings::{Fault, FaultKind, cleared, find};
 use coldplate_evidence::identify;
 use coldplate_explore::simulate::Start;
 use coldplate_testing::machines::SMALL;

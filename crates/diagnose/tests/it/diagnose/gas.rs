@@ -23,7 +23,7 @@ fn the_screen_ends_where_the_film_does() {
     };
     let names = machine.sensors.iter().map(|s| s.name.clone()).collect();
     let rows = vec![row("slow", "800 rpm"), row("fast", "2500 rpm")];
-    let data = Data { source: "a twin".into(), sensors: (0..4).collect(), names, rows, notes: Vec::new() };
+    let data = Data { source: "a twin".into(), sensors: (0..4).collect(), names, rows, ..Data::default() };
     let scales = Scales::of(&data, machine);
     let mut gas = hypotheses(&study, &data, &[]);
     gas.retain(|h| h.kind() == "residual gas");

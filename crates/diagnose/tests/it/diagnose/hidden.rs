@@ -64,7 +64,7 @@ impl Hidden<'_> {
             names: machine.sensors.iter().map(|s| s.name.clone()).collect(),
             sensors: sensors.clone(),
             rows: self.conditions.iter().enumerate().map(row).collect(),
-            notes: Vec::new(),
+            ..Data::default()
         };
         let values = identify::values(&truth, &data, Start::Steady).unwrap();
         let mut random = Random::new(self.seed);

@@ -64,7 +64,7 @@ fn problem(lines: &[(&str, &str)], seed: u64) -> Problem {
     };
     let rows = (0..24).map(&mut row).collect();
     let mut data =
-        Data { source: "a table".into(), sensors: vec![0, 1], names: vec!["winding".into(), "housing".into()], rows, notes: Vec::new() };
+        Data { source: "a table".into(), sensors: vec![0, 1], names: vec!["winding".into(), "housing".into()], rows, ..Data::default() };
     let values = identify::values(&truth, &data, Start::Steady).unwrap();
     for (row, values) in data.rows.iter_mut().zip(values.chunks(2)) {
         row.readings = values.iter().map(|v| Some(v + 0.03 * random.normal())).collect();

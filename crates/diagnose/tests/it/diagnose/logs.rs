@@ -129,7 +129,7 @@ pub fn logs(study: &Study, each: f64) -> Vec<ReadingRow> {
 /// Rows as data of all four sensors.
 pub fn table(rows: Vec<ReadingRow>, study: &Study) -> Data {
     let names = study.model.machine.sensors.iter().map(|s| s.name.clone()).collect();
-    Data { source: "a twin".into(), sensors: (0..4).collect(), names, rows, notes: Vec::new() }
+    Data { source: "a twin".into(), sensors: (0..4).collect(), names, rows, ..Data::default() }
 }
 
 /// Error of a sensor, K, at a time, s.

@@ -35,7 +35,7 @@ fn data(sets: &[(&str, &str)]) -> Data {
     };
     let names: Vec<String> = machine.sensors.iter().map(|s| s.name.clone()).collect();
     let sensors = (0..names.len()).collect();
-    let mut data = Data { source: String::new(), sensors, names, rows: (0..6).map(row).collect(), notes: Vec::new() };
+    let mut data = Data { source: String::new(), sensors, names, rows: (0..6).map(row).collect(), ..Data::default() };
     let values = identify::values(&truth, &data, Start::Steady).unwrap();
     for (row, values) in data.rows.iter_mut().zip(values.chunks(machine.sensors.len())) {
         row.readings = values.iter().map(|v| Some(*v)).collect();

@@ -45,7 +45,7 @@ fn log(study: &Study, days: f64) -> Data {
         sensors: vec![0, 1, 2],
         names: machine.sensors.iter().map(|s| s.name.clone()).collect(),
         rows,
-        notes: Vec::new(),
+        ..Data::default()
     }
 }
 

@@ -74,7 +74,7 @@ fn found(seed: u64, lines: &[(&str, &str)], acts: impl Fn(usize, usize) -> bool,
     }
     let (acting, rows): (Vec<bool>, Vec<ReadingRow>) = rows.into_iter().unzip();
     let names = vec!["spindle".into(), "column".into()];
-    let mut data = Data { source: "a table".into(), sensors: vec![0, 1], names, rows, notes: Vec::new() };
+    let mut data = Data { source: "a table".into(), sensors: vec![0, 1], names, rows, ..Data::default() };
     let [usual, otherwise] = [&study, &other].map(|study| identify::values(study, &data, Start::Steady).unwrap());
     for (r, row) in data.rows.iter_mut().enumerate() {
         let values = if acting[r] { &otherwise } else { &usual };

@@ -36,7 +36,7 @@ pub fn table(study: &Study, sensors: &[&str], rows: &[(Condition, Vec<Option<f64
         sensors: sensors.iter().map(place).collect(),
         names: sensors.iter().map(ToString::to_string).collect(),
         rows: rows.iter().enumerate().map(of).collect(),
-        notes: Vec::new(),
+        ..Data::default()
     }
 }
 

@@ -83,7 +83,7 @@ fn log(study: &Study, tests: &[[f64; 2]], seed: u64) -> Data {
         }
     }
     let sensors = ["motor", "shell"].map(|name| study.model.machine.sensors.iter().position(|s| s.name == name).unwrap());
-    Data { source: "log".into(), sensors: sensors.to_vec(), names: vec!["motor".into(), "shell".into()], rows, notes: Vec::new() }
+    Data { source: "log".into(), sensors: sensors.to_vec(), names: vec!["motor".into(), "shell".into()], rows, ..Data::default() }
 }
 
 fn fitted(file: &Study, data: &Data, [noise, bias]: [f64; 2]) -> Estimate {

@@ -55,7 +55,7 @@ fn truth(file: &Study, plan: &[(f64, coldplate_describe::machine::Condition)]) -
         every: Some(f64::INFINITY),
         ..simulate::SimulateOptions::default()
     };
-    let history = simulate::run(&file.model, &Schedule::from_rows(rows).unwrap(), &options, &mut |_| {}).unwrap();
+    let history = simulate::run(&file.model, &Schedule::from_rows(rows, &[]).unwrap(), &options, &mut |_| {}).unwrap();
     let at = |time: f64| history.times.iter().position(|t| (t - time).abs() < 1e-6).unwrap();
     plan.iter().map(|(time, _)| history.readings[at(*time)].clone()).collect()
 }
@@ -76,7 +76,7 @@ fn emissivity_and_conductance_come_from_warming_up_and_standing() {
             ReadingRow { test: "log".into(), time: Some(*time), condition: condition.clone(), readings: vec![read(0), read(1)], line: None }
         });
         let rows: Vec<ReadingRow> = rows.collect();
-        let data = Data { source: "log".into(), sensors: vec![0, 1], names: vec!["block".into(), "foot".into()], rows, notes: Vec::new() };
+        let data = Data { source: "log".into(), sensors: vec![0, 1], names: vec!["block".into(), "foot".into()], rows, ..Data::default() };
         let mut u = MeasurementUncertainty::usual(&data, &coarse.model.machine);
         (u.noise, u.bias) = (vec![0.05; 2], vec![0.05; 2]);
         u.variables = vec![VariableUncertainty::default(); 4];

@@ -8,7 +8,7 @@ use coldplate_figures::chart::gains::{GainsFigure, LadderStep};
 use coldplate_figures::chart::heat::HeatFigure;
 use coldplate_figures::chart::machine::{MachineFigure, Pipe, Probe, SurfacePiece};
 use coldplate_figures::chart::measured::{MeasuredFigure, SensorRow};
-use coldplate_figures::chart::missing::{IntervalFigure, PlaceInterval};
+use coldplate_figures::chart::missing_heat::{IntervalFigure, PlaceInterval};
 use coldplate_figures::chart::one_factor::{OneFactorFigure, SampledCurve};
 use coldplate_figures::chart::operator_sheet::{FlowCell, FlowTable, OperatorSheet};
 use coldplate_figures::chart::panels::{Panel, PanelsFigure};

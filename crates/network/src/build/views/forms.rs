@@ -6,7 +6,7 @@ use crate::mesh::overlap::face_position;
 use crate::mesh::sight::SidePiece;
 use crate::mesh::{Mesh, bounds};
 use coldplate_describe::machine::{BlockShape, Machine, Side};
-use coldplate_physics::view;
+use coldplate_physics::view_factors;
 
 /// Lengths closer than this are equal, m. Chosen above rounding.
 const SAME: f64 = 1e-9;
@@ -95,11 +95,11 @@ impl<'a> Forms<'a> {
         let area = |r: &Rectangle| tangents(r.axis).iter().map(|d| r.extents[*d].1 - r.extents[*d].0).product::<f64>();
         let factor = if a.axis == b.axis {
             let [p, q] = tangents(a.axis);
-            view::parallel_plane([a.extents[p], a.extents[q]], [b.extents[p], b.extents[q]], (b.at - a.at).abs())
+            view_factors::parallel_plane([a.extents[p], a.extents[q]], [b.extents[p], b.extents[q]], (b.at - a.at).abs())
         } else {
             let along = 3 - a.axis - b.axis;
             let away = |(near, far): (f64, f64)| (near.max(0.0), far);
-            view::perpendicular_plane([a.extents[along], away(in_front_of_b)], [b.extents[along], away(in_front_of_a)])
+            view_factors::perpendicular_plane([a.extents[along], away(in_front_of_b)], [b.extents[along], away(in_front_of_a)])
         };
         Some(area(a) * factor)
     }
@@ -122,7 +122,7 @@ impl<'a> Forms<'a> {
             (low[d], high[d]) = (across - ra.max(rb), across + ra.max(rb));
         }
         (low[line.0.index()], high[line.0.index()]) = (a.min(b), a.max(b));
-        self.is_clear(low, high, |_| false).then(|| fa.area(disc.grid) * view::coaxial_discs(ra, rb, (a - b).abs()))
+        self.is_clear(low, high, |_| false).then(|| fa.area(disc.grid) * view_factors::coaxial_discs(ra, rb, (a - b).abs()))
     }
 
     /// Two coaxial cylinders of one length that face each other, or the outer one and itself.
@@ -150,7 +150,7 @@ impl<'a> Forms<'a> {
             _ => false,
         };
         let length = outer.grid.edges[2][outer.grid.n(2)] - outer.grid.edges[2][0];
-        self.is_clear(around.0, around.1, aside).then(|| inner.piece.area(inner.grid) * view::coaxial_cylinders(r1, r2, length)[1])
+        self.is_clear(around.0, around.1, aside).then(|| inner.piece.area(inner.grid) * view_factors::coaxial_cylinders(r1, r2, length)[1])
     }
 
     /// Two concentric spheres that face each other.
@@ -171,7 +171,7 @@ impl<'a> Forms<'a> {
             _ => false,
         };
         let around = bounds(self.shapes[outer.piece.grid]);
-        self.is_clear(around.0, around.1, aside).then(|| inner.piece.area(inner.grid) * view::concentric_spheres(r1, r2)[1])
+        self.is_clear(around.0, around.1, aside).then(|| inner.piece.area(inner.grid) * view_factors::concentric_spheres(r1, r2)[1])
     }
 }
 

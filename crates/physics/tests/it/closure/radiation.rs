@@ -1,6 +1,6 @@
 //! Radiation and residual gas.
 
-use coldplate_physics::{gas, radiation, view};
+use coldplate_physics::{gas, radiation, view_factors};
 
 use crate::closure::close;
 
@@ -8,35 +8,35 @@ use crate::closure::close;
 /// the definition (scipy 1.17.1) for unequal sides.
 #[test]
 fn view_factors_of_rectangles_v24() {
-    close(view::parallel_rectangles(1.0, 1.0, 1.0), 0.199824895698, 1e-10);
-    close(view::perpendicular_rectangles(1.0, 1.0, 1.0), 0.200043776075, 1e-10);
-    close(view::parallel_rectangles(0.5, 0.5, 0.05), 0.826994522397, 1e-10);
-    close(view::parallel_rectangles(0.3, 0.2, 0.1), 0.4755764365329529, 1e-11);
-    close(view::perpendicular_rectangles(0.3, 0.2, 0.1), 0.15949835073952512, 1e-7);
-    close(view::perpendicular_rectangles(0.1, 0.4, 0.3), 0.09495054996658198, 1e-7);
+    close(view_factors::parallel_rectangles(1.0, 1.0, 1.0), 0.199824895698, 1e-10);
+    close(view_factors::perpendicular_rectangles(1.0, 1.0, 1.0), 0.200043776075, 1e-10);
+    close(view_factors::parallel_rectangles(0.5, 0.5, 0.05), 0.826994522397, 1e-10);
+    close(view_factors::parallel_rectangles(0.3, 0.2, 0.1), 0.4755764365329529, 1e-11);
+    close(view_factors::perpendicular_rectangles(0.3, 0.2, 0.1), 0.15949835073952512, 1e-7);
+    close(view_factors::perpendicular_rectangles(0.1, 0.4, 0.3), 0.09495054996658198, 1e-7);
 }
 
 /// V24: a cube's faces see one another and nothing else.
 #[test]
 fn view_factors_of_a_cube_close() {
-    let seen = view::parallel_rectangles(1.0, 1.0, 1.0) + 4.0 * view::perpendicular_rectangles(1.0, 1.0, 1.0);
+    let seen = view_factors::parallel_rectangles(1.0, 1.0, 1.0) + 4.0 * view_factors::perpendicular_rectangles(1.0, 1.0, 1.0);
     close(seen, 1.0, 1e-13);
 }
 
 #[test]
 fn view_factors_are_reciprocal() {
-    let there = view::perpendicular_rectangles(0.7, 0.2, 0.5) * 0.2;
-    close(view::perpendicular_rectangles(0.7, 0.5, 0.2) * 0.5, there, 1e-12);
-    let there = view::coaxial_discs(0.1, 0.3, 0.2) * 0.01;
-    close(view::coaxial_discs(0.3, 0.1, 0.2) * 0.09, there, 1e-12);
+    let there = view_factors::perpendicular_rectangles(0.7, 0.2, 0.5) * 0.2;
+    close(view_factors::perpendicular_rectangles(0.7, 0.5, 0.2) * 0.5, there, 1e-12);
+    let there = view_factors::coaxial_discs(0.1, 0.3, 0.2) * 0.01;
+    close(view_factors::coaxial_discs(0.3, 0.1, 0.2) * 0.09, there, 1e-12);
 }
 
 /// V19 (Ansys VM147, Siegel and Howell), and numerical integration with scipy 1.17.1.
 #[test]
 fn view_factor_of_discs_v19() {
-    close(view::coaxial_discs(0.075, 0.05, 0.075), 0.197828393634, 1e-11);
-    close(view::coaxial_discs(0.1, 0.3, 0.05), 0.9698074653513346, 1e-9);
-    close(view::coaxial_discs(1e-9, 1.0, 1.0), 0.5, 1e-12); // a point sees r²/(r² + h²)
+    close(view_factors::coaxial_discs(0.075, 0.05, 0.075), 0.197828393634, 1e-11);
+    close(view_factors::coaxial_discs(0.1, 0.3, 0.05), 0.9698074653513346, 1e-9);
+    close(view_factors::coaxial_discs(1e-9, 1.0, 1.0), 0.5, 1e-12); // a point sees r²/(r² + h²)
 }
 
 /// V25, V23, V18 (Ansys VM125).

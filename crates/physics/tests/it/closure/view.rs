@@ -1,7 +1,7 @@
 //! View factors in closed form, and what makes a table of them consistent.
 
 use coldplate_physics::exchange::{RadiationNode, complete, conductors, enforce};
-use coldplate_physics::view;
+use coldplate_physics::view_factors;
 use nalgebra::DMatrix;
 
 use crate::closure::close;
@@ -11,17 +11,21 @@ use crate::closure::close;
 #[test]
 fn rectangles_anywhere() {
     let unit = (0.0, 1.0);
-    close(view::parallel_plane([unit, unit], [unit, unit], 1.0), 0.199824895698, 1e-11);
-    close(view::perpendicular_plane([unit, unit], [unit, unit]), 0.200043776075, 1e-11);
+    close(view_factors::parallel_plane([unit, unit], [unit, unit], 1.0), 0.199824895698, 1e-11);
+    close(view_factors::perpendicular_plane([unit, unit], [unit, unit]), 0.200043776075, 1e-11);
     let half = (0.0, 0.5);
-    close(view::parallel_plane([half, half], [half, half], 0.05), 0.826994522397, 1e-11);
-    close(view::parallel_plane([(0.1, 0.4), (0.0, 0.2)], [(0.25, 0.65), (0.15, 0.5)], 0.25), 0.144047077811, 1e-10);
-    close(view::perpendicular_plane([(0.1, 0.3), (0.05, 0.35)], [(0.2, 0.6), (0.1, 0.25)]), 0.05889715726, 1e-8);
+    close(view_factors::parallel_plane([half, half], [half, half], 0.05), 0.826994522397, 1e-11);
+    close(view_factors::parallel_plane([(0.1, 0.4), (0.0, 0.2)], [(0.25, 0.65), (0.15, 0.5)], 0.25), 0.144047077811, 1e-10);
+    close(view_factors::perpendicular_plane([(0.1, 0.3), (0.05, 0.35)], [(0.2, 0.6), (0.1, 0.25)]), 0.05889715726, 1e-8);
     // The special forms are the general ones.
-    close(view::parallel_plane([(0.2, 0.5), (1.0, 1.2)], [(0.2, 0.5), (1.0, 1.2)], 0.1), view::parallel_rectangles(0.3, 0.2, 0.1), 1e-11);
     close(
-        view::perpendicular_plane([(1.0, 1.3), (0.0, 0.2)], [(1.0, 1.3), (0.0, 0.1)]),
-        view::perpendicular_rectangles(0.3, 0.2, 0.1),
+        view_factors::parallel_plane([(0.2, 0.5), (1.0, 1.2)], [(0.2, 0.5), (1.0, 1.2)], 0.1),
+        view_factors::parallel_rectangles(0.3, 0.2, 0.1),
+        1e-11,
+    );
+    close(
+        view_factors::perpendicular_plane([(1.0, 1.3), (0.0, 0.2)], [(1.0, 1.3), (0.0, 0.1)]),
+        view_factors::perpendicular_rectangles(0.3, 0.2, 0.1),
         1e-11,
     );
 }
@@ -31,44 +35,52 @@ fn rectangles_anywhere() {
 fn rectangles_add_up() {
     let (a, low, high, whole) = ([(0.0, 0.3), (0.1, 0.5)], (-0.4, 0.2), (0.2, 0.9), (-0.4, 0.9));
     let y = (0.3, 0.7);
-    let sum = view::parallel_plane(a, [low, y], 0.2) + view::parallel_plane(a, [high, y], 0.2);
-    close(sum, view::parallel_plane(a, [whole, y], 0.2), 1e-12);
-    let sum = view::perpendicular_plane(a, [low, y]) + view::perpendicular_plane(a, [high, y]);
-    close(sum, view::perpendicular_plane(a, [whole, y]), 1e-12);
-    close(view::parallel_plane([whole, y], a, 0.2) * 1.3 * 0.4, view::parallel_plane(a, [whole, y], 0.2) * 0.3 * 0.4, 1e-12);
-    close(view::perpendicular_plane([whole, y], a) * 1.3 * 0.4, view::perpendicular_plane(a, [whole, y]) * 0.3 * 0.4, 1e-12);
+    let sum = view_factors::parallel_plane(a, [low, y], 0.2) + view_factors::parallel_plane(a, [high, y], 0.2);
+    close(sum, view_factors::parallel_plane(a, [whole, y], 0.2), 1e-12);
+    let sum = view_factors::perpendicular_plane(a, [low, y]) + view_factors::perpendicular_plane(a, [high, y]);
+    close(sum, view_factors::perpendicular_plane(a, [whole, y]), 1e-12);
+    close(
+        view_factors::parallel_plane([whole, y], a, 0.2) * 1.3 * 0.4,
+        view_factors::parallel_plane(a, [whole, y], 0.2) * 0.3 * 0.4,
+        1e-12,
+    );
+    close(
+        view_factors::perpendicular_plane([whole, y], a) * 1.3 * 0.4,
+        view_factors::perpendicular_plane(a, [whole, y]) * 0.3 * 0.4,
+        1e-12,
+    );
 }
 
 /// Direct integration over the parts that see each other (40 and 120 points an axis, the latter extrapolated).
 #[test]
 fn finite_coaxial_cylinders() {
-    let wide = view::coaxial_cylinders(1.0, 2.5, 3.0);
+    let wide = view_factors::coaxial_cylinders(1.0, 2.5, 3.0);
     close(wide[1], 0.681099179694757, 1e-12);
     close(wide[3], 0.293004, 2e-6);
-    let short = view::coaxial_cylinders(0.02, 0.03, 0.014);
+    let short = view_factors::coaxial_cylinders(0.02, 0.03, 0.014);
     close(short[1], 0.556230069517500, 1e-12);
     close(short[3], 0.100391, 2e-6);
     close(wide[2] * 2.5, wide[1], 1e-14);
     // Very long ones are endless, very short ones see little.
-    for (found, endless) in view::coaxial_cylinders(1.0, 2.0, 1e5).into_iter().zip(view::long_cylinders(1.0, 2.0)) {
+    for (found, endless) in view_factors::coaxial_cylinders(1.0, 2.0, 1e5).into_iter().zip(view_factors::long_cylinders(1.0, 2.0)) {
         assert!((found - endless).abs() < 2e-5, "{found} {endless}");
     }
-    assert!(view::coaxial_cylinders(1.0, 2.0, 1e-3)[1] < 1e-3);
+    assert!(view_factors::coaxial_cylinders(1.0, 2.0, 1e-3)[1] < 1e-3);
 }
 
 #[test]
 fn ends_spheres_and_rooms() {
     // A cylinder as long as wide: F between the ends 3 - 2 sqrt 2 for r = h (C-41 with S = 3).
     let across = 3.0 - 2.0 * 2f64.sqrt() + 0.0;
-    close(view::coaxial_discs(1.0, 1.0, 2.0), across, 1e-12);
-    close(view::end_to_cylinder(1.0, 2.0), 1.0 - across, 1e-12);
-    close(view::cylinder_to_itself(1.0, 2.0), 1.0 - 0.5 * (1.0 - across), 1e-12);
+    close(view_factors::coaxial_discs(1.0, 1.0, 2.0), across, 1e-12);
+    close(view_factors::end_to_cylinder(1.0, 2.0), 1.0 - across, 1e-12);
+    close(view_factors::cylinder_to_itself(1.0, 2.0), 1.0 - 0.5 * (1.0 - across), 1e-12);
     // Half of a sphere's radiation goes to a disc without end; a disc at 45 degrees covers (1 - cos 45)/2.
-    close(view::sphere_to_disc(1e9, 1.0), 0.5, 1e-8);
-    close(view::sphere_to_disc(1.0, 1.0), 0.5 * (1.0 - 0.5f64.sqrt()), 1e-14);
-    close(view::element_to_disc(1.0, 1.0), 0.5, 1e-15);
-    assert_eq!(view::concentric_spheres(1.0, 2.0), [0.0, 1.0, 0.25, 0.75]);
-    assert_eq!(view::body_in_room(1.0, 4.0), [0.0, 1.0, 0.25, 0.75]);
+    close(view_factors::sphere_to_disc(1e9, 1.0), 0.5, 1e-8);
+    close(view_factors::sphere_to_disc(1.0, 1.0), 0.5 * (1.0 - 0.5f64.sqrt()), 1e-14);
+    close(view_factors::element_to_disc(1.0, 1.0), 0.5, 1e-15);
+    assert_eq!(view_factors::concentric_spheres(1.0, 2.0), [0.0, 1.0, 0.25, 0.75]);
+    assert_eq!(view_factors::body_in_room(1.0, 4.0), [0.0, 1.0, 0.25, 0.75]);
 }
 
 /// V19: three entries of nine give the others.
@@ -76,7 +88,7 @@ fn ends_spheres_and_rooms() {
 fn gaps_in_a_table_are_filled() {
     let pi = std::f64::consts::PI;
     let areas = [pi * 0.075 * 0.075, pi * 0.125 * 0.075f64.hypot(0.025), pi * 0.0025];
-    let f13 = view::coaxial_discs(0.075, 0.05, 0.075);
+    let f13 = view_factors::coaxial_discs(0.075, 0.05, 0.075);
     let mut table = vec![vec![Some(0.0), None, Some(f13)], vec![None; 3], vec![None, None, Some(0.0)]];
     complete(&mut table, &areas, true);
     let full: Vec<Vec<f64>> = table.iter().map(|row| row.iter().map(|f| f.expect("a gap is left")).collect()).collect();

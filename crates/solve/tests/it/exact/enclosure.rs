@@ -12,7 +12,7 @@ const SIGMA: f64 = 5.670374419e-8;
 /// view factors are given; the others follow.
 #[test]
 fn v19_frustum() {
-    let f13 = coldplate_physics::view::coaxial_discs(0.075, 0.05, 0.075);
+    let f13 = coldplate_physics::view_factors::coaxial_discs(0.075, 0.05, 0.075);
     check("V19", "F13", f13, 0.197828393634, 1.0, 1e-10);
     let (base, top) = (PI * 0.075 * 0.075, PI * 0.05 * 0.05);
     let side = PI * 0.125 * 0.075f64.hypot(0.025);

@@ -4,7 +4,7 @@ use crate::bench::{check, model};
 use coldplate_describe::machine::Machine;
 use coldplate_network::mesh::Mesh;
 use coldplate_network::{EnclosureViews, Network};
-use coldplate_physics::view;
+use coldplate_physics::view_factors;
 use std::f64::consts::PI;
 
 /// The view factors of the one enclosure of some parts; `surfaces` are faces.
@@ -74,7 +74,7 @@ fn rectangles() {
 #[test]
 fn cylinders_discs_and_spheres() {
     let gap = tube("core", [0.05, 0.1], 0.3, "") + &tube("shell", [0.25, 0.3], 0.3, "");
-    let [_, f12, f21, f22] = view::coaxial_cylinders(0.1, 0.25, 0.3);
+    let [_, f12, f21, f22] = view_factors::coaxial_cylinders(0.1, 0.25, 0.3);
     compare("coaxial cylinders", &gap, &["core.outer", "shell.inner"], &[(0, 0, 0.0), (0, 1, f12), (1, 0, f21), (1, 1, f22)], false);
     let forms = views(&gap, &["core.outer", "shell.inner"], "view_factors = 'computed'");
     check("own", "coaxial cylinders: F12", forms.view_factors[0][1], f12, 1.0, 1e-9);
@@ -89,8 +89,8 @@ fn cylinders_discs_and_spheres() {
         + "at = ['0 m', '0 m', '-20 mm']\n"
         + &tube("top", [0.0, 0.1], 0.02, "")
         + "at = ['0 m', '0 m', '0.25 m']\n";
-    let (across, end) = (view::coaxial_discs(0.1, 0.1, 0.25), view::end_to_cylinder(0.1, 0.25));
-    let exact = [(0, 1, across), (0, 2, end), (1, 2, end), (2, 2, view::cylinder_to_itself(0.1, 0.25))];
+    let (across, end) = (view_factors::coaxial_discs(0.1, 0.1, 0.25), view_factors::end_to_cylinder(0.1, 0.25));
+    let exact = [(0, 1, across), (0, 2, end), (1, 2, end), (2, 2, view_factors::cylinder_to_itself(0.1, 0.25))];
     compare("can", &can, &["bottom.end", "top.start", "side.inner"], &exact, false);
     let discs = tube("a", [0.0, 0.075], 0.02, "") + &tube("b", [0.0, 0.05], 0.02, "") + "at = ['0 m', '0 m', '95 mm']\n";
     compare("V19's discs", &discs, &["a.end", "b.start"], &[(0, 1, 0.197828393634)], true);
@@ -99,7 +99,7 @@ fn cylinders_discs_and_spheres() {
     let shells = sphere("core", [0.0, 0.1]) + &sphere("shell", [0.25, 0.3]);
     compare("spheres", &shells, &["core.outer", "shell.inner"], &[(0, 1, 1.0), (1, 0, 0.16), (1, 1, 0.84)], false);
     let over = sphere("ball", [0.0, 0.1]) + &tube("disc", [0.0, 0.2], 0.01, "") + "at = ['0 m', '0 m', '0.15 m']\n";
-    compare("sphere over a disc", &over, &["ball.outer", "disc.start"], &[(0, 1, view::sphere_to_disc(0.2, 0.15))], false);
+    compare("sphere over a disc", &over, &["ball.outer", "disc.start"], &[(0, 1, view_factors::sphere_to_disc(0.2, 0.15))], false);
 }
 
 /// The view from one plate to another is blocked by a plate between, and halved by a wall between.
@@ -114,7 +114,7 @@ fn what_stands_in_the_way() {
         "own",
         "plate to a wide screen: F",
         found.view_factors[0][2],
-        view::parallel_plane([(0.0, 1.0); 2], [(-1.0, 2.0); 2], 0.5),
+        view_factors::parallel_plane([(0.0, 1.0); 2], [(-1.0, 2.0); 2], 0.5),
         1.0,
         1e-9,
     );
@@ -128,7 +128,7 @@ fn what_stands_in_the_way() {
     let wall = block("wall", [1e-3, 1.0, 1.0], [0.4995, 0.0, 0.0]);
     let found = views(&(plates + &wall), &["low.+z", "high.-z"], "view_factors = 'computed'\nrays = 400000");
     let half = [(0.0, 0.4995), (0.0, 1.0)];
-    let exact = view::parallel_plane(half, half, 1.0);
+    let exact = view_factors::parallel_plane(half, half, 1.0);
     check("own", "plates with a wall between: F", found.view_factors[0][1], exact, 1.0, 5e-4);
     assert!((found.areas[0] - 0.999).abs() < 1e-9, "the wall covers 1 mm of the plates");
 }

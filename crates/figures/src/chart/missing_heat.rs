@@ -5,10 +5,10 @@ use super::axis::PlotAxis;
 use super::canvas::{Canvas, CanvasText, Stroke};
 use super::fonts::{self, FontWeight};
 use super::legend::{Legend, Swatch};
-use super::page::{MARGIN, Page};
 use super::rows::NamedRows;
 use super::style::{AXIS, Marker, Quantity, Rgb, VERMILLION, size};
 use super::ticks::Range;
+use super::title_and_footer::{MARGIN, Page};
 use coldplate_base::error::{Error, Result};
 
 /// One place.

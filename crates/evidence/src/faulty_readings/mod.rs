@@ -7,6 +7,7 @@
 //! [`find`] judges readings beside given predictions; [`cleared`] also asks the model for rows of wrong conditions.
 
 mod by_model;
+mod error_values;
 mod grid;
 mod log;
 mod repeats;
@@ -35,6 +36,8 @@ pub enum FaultKind {
     StuckSensor,
     /// A sensor that shows the sign of no reading throughout.
     DeadSensor,
+    /// Readings that show a value of the instrument's own in place of a temperature.
+    ErrorValue,
     /// A copy of an earlier row.
     DuplicateRow,
     /// A row whose stated conditions are not those of its readings.
@@ -172,7 +175,7 @@ pub fn find(data: &Data, predicted: &[f64], noise: &[f64]) -> Vec<Fault> {
     let mut grid = Grid::new(data, predicted, noise);
     let mut found = Vec::new();
     let singles = if data.is_transient() { log::wrong_readings } else { table::wrong_readings };
-    for look in [repeats::duplicates, signs::dead, repeats::stuck, singles] {
+    for look in [repeats::duplicates, signs::dead, error_values::error_values, repeats::stuck, singles] {
         let new = look(&grid);
         new.iter().for_each(|fault| grid.take_out(fault));
         found.extend(new);
@@ -183,8 +186,8 @@ pub fn find(data: &Data, predicted: &[f64], noise: &[f64]) -> Vec<Fault> {
 
 /// Data without the readings of some faults, each of which is then marked. Single readings, stretches and rows are left out
 /// only if they are no more than a tenth of all readings, or one row of six. Otherwise none of them is left out, because the
-/// machine is then more likely to be wrong than the data. Dead sensors, sensors stuck in half of their readings, and copies are
-/// left out in any case.
+/// machine is then more likely to be wrong than the data. Dead sensors, values in place of readings, sensors stuck in half of
+/// their readings, and copies are left out in any case.
 pub fn without(data: &Data, faults: &mut [Fault]) -> Data {
     let of_sensor = |name: &str| {
         let k = data.names.iter().position(|n| n == name).unwrap_or(0);
@@ -197,7 +200,7 @@ pub fn without(data: &Data, faults: &mut [Fault]) -> Data {
     let whole: Vec<bool> = faults
         .iter()
         .map(|fault| match (fault.kind, &fault.sensor) {
-            (FaultKind::DuplicateRow | FaultKind::DeadSensor, _) => true,
+            (FaultKind::DuplicateRow | FaultKind::DeadSensor | FaultKind::ErrorValue, _) => true,
             (FaultKind::StuckSensor, Some(name)) => 2 * stuck(name) >= of_sensor(name),
             (_, Some(name)) => fault.count() > 1 && fault.count() == of_sensor(name),
             _ => false,

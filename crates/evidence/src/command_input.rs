@@ -3,8 +3,8 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::faults::Fault;
-use crate::faults::cleared;
+use crate::faulty_readings::Fault;
+use crate::faulty_readings::cleared;
 use crate::measurement::{Data, MeasurementUncertainty};
 use coldplate_base::atomic_file;
 use coldplate_base::error::{Error, Result, did_you_mean};

@@ -1,0 +1,191 @@
+//! Files as loggers and spreadsheets write them: read with a word on everything that was assumed or left out, or refused with the
+//! remedy.
+
+use std::path::Path;
+
+use coldplate_testing::machines::SERIES;
+use serde_json::Value;
+
+use super::scratch;
+use crate::common::{coldplate, json, message, write};
+
+const HEADER: &str = "test,coolant_flow [L/min],coolant_temperature [degC],motor_speed [rpm],ambient_temperature [degC],motor [degC]";
+/// 30 W through 2 and 4 W/K: 22.5 K above the ambient temperature.
+const ROWS: &str = "a,2,20,1000,22,45.5\nb,2,20.5,1000,25,46.5\n";
+
+fn predict(folder: &Path, name: &str, data: impl AsRef<[u8]>, toml: Option<&str>) -> std::process::Output {
+    let machine = write(folder, "nodes.toml", SERIES);
+    let data = write(folder, name, data);
+    let _ = std::fs::remove_file(folder.join(name).with_extension("toml"));
+    if let Some(toml) = toml {
+        write(folder, &format!("{}.toml", name.split('.').next().unwrap()), toml);
+    }
+    coldplate(&["predict", &machine, &data, "--from", "22 degC", "--json", "--keep-all"])
+}
+
+/// Measured values of the motor, degC.
+fn measured(found: &Value) -> Vec<f64> {
+    found["readings"].as_array().unwrap().iter().map(|r| r["measured_degC"].as_f64().unwrap()).collect()
+}
+
+fn latin_1(text: &str) -> Vec<u8> {
+    text.chars().map(|c| u8::try_from(u32::from(c)).unwrap()).collect()
+}
+
+#[test]
+fn every_spelling_gives_the_same_readings() {
+    let folder = scratch("spellings");
+    let plain = format!("{HEADER}\n{ROWS}");
+    let degree = plain.replace("degC", "°C");
+    let german = plain.replace(',', ";").replace("20.5", "20,5").replace("5.5", "5,5").replace("6.5", "6,5");
+    let units_row =
+        format!("{}\n,L/min,Deg C,rpm,Deg C,Deg C\n{ROWS}", HEADER.replace(" [L/min]", "").replace(" [degC]", "").replace(" [rpm]", ""));
+    let utf_16: Vec<u8> = [0xfeff_u16].into_iter().chain(degree.encode_utf16()).flat_map(u16::to_le_bytes).collect();
+    for (data, said) in [
+        (plain.clone().into_bytes(), "3 lines seen: 2 rows"),
+        (degree.replace('°', "º").into_bytes(), "3 lines seen"),
+        (degree.replace("°C", "℃").into_bytes(), "3 lines seen"),
+        (latin_1(&degree), "read as Windows-1252"),
+        (utf_16, "the file is UTF-16"),
+        (plain.replace("degC", "C").into_bytes(), "'motor [C]' as 'motor [degC]'"),
+        (plain.replace('[', "(").replace(']', ")").into_bytes(), "'motor (degC)' as 'motor [degC]'"),
+        (german.clone().into_bytes(), "decimal commas"),
+        (german.replace(';', "\t").into_bytes(), "separated by tabs"),
+        (format!("sep=,\n{plain}").into_bytes(), "above the header"),
+        (format!("Logger X\nserial 12\n\n{plain}").into_bytes(), "lines 1, 2 were left out: above the header"),
+        (units_row.into_bytes(), "line 2 holds the units"),
+        (format!("#{plain}").into_bytes(), "line 1 begins with '#' and is the header"),
+        (plain.replace('\n', "\r").into_bytes(), "3 lines seen"),
+        (format!("{plain}\u{1a}").into_bytes(), "3 lines seen"),
+        ([plain.as_bytes(), &[0; 64]].concat(), "64 zero bytes"),
+        (plain.replace('\n', ",\n").into_bytes(), "3 lines seen"),
+        (format!("{plain}{HEADER}\n").into_bytes(), "the header once more"),
+        (plain.replace("\na,", "\n#1,").into_bytes(), "line 2 begins with '#' and a row's number of cells"),
+        (plain.replace("\nb,", "\n# a remark\nb,").into_bytes(), "a remark behind '#'"),
+        (
+            plain.replace("test,", "test,remarks,").replace("\na,", "\na,warm,").replace("\nb,", "\nb,cold,").into_bytes(),
+            "left out: 'remarks'",
+        ),
+    ] {
+        let output = predict(&folder, "data.csv", &data, None);
+        let told = message(&output);
+        assert_eq!(output.status.code(), Some(0), "{}\n{told}", String::from_utf8_lossy(&data));
+        let found = json(&output);
+        assert_eq!(measured(&found), [45.5, 46.5], "{}", String::from_utf8_lossy(&data));
+        assert!(told.contains(said), "no '{said}' in {told}");
+        let notes: Vec<&str> = found["account"]["notes"].as_array().unwrap().iter().map(|n| n.as_str().unwrap()).collect();
+        assert!(notes.iter().any(|note| note.contains(said)), "{said}: {notes:?}");
+        assert_eq!((found["account"]["rows"].as_u64(), found["account"]["readings"].as_u64()), (Some(2), Some(2)));
+    }
+}
+
+#[test]
+fn what_cannot_be_known_is_refused_with_the_remedy() {
+    let folder = scratch("not_known");
+    let log = "time [s],coolant_flow [L/min],coolant_temperature [degC],motor_speed [rpm],ambient_temperature [degC],motor [degC]";
+    let row = |time: &str| format!("{time},2,20,1000,22,30\n");
+    let hour = ["2400", "3000", "3600", "4200", "4800", "5400", "2400", "3000"].map(row).concat();
+    let stamps = ["2024-10-27 01:30", "2024-10-27 02:00", "2024-10-27 02:30", "2024-10-27 02:00", "2024-10-27 02:30", "2024-10-27 03:00"];
+    let stamped = stamps.map(row).concat();
+    for (data, needles) in [
+        (format!("{HEADER}\na,2,20,1000,22,45,5\n"), ["data.csv:2", "separate the columns by ';'"]),
+        (format!("{HEADER}\na,2,20,1000,22,\"1,045.5\"\n"), ["data.csv:2", "thousands"]),
+        (ROWS.to_string(), ["data.csv:1", "no header"]),
+        (format!("{log}\n{hour}"), ["data.csv:8", "one hour stands twice"]),
+        (format!("{log}\n{stamped}"), ["data.csv:5", "zone = "]),
+        (format!("{log}\n{}{}", row("01/02/2024 10:00"), row("02/02/2024 10:00")), ["01/02/2024", "year-month-day"]),
+        (format!("{log}\n{}{}", row("0"), "60,2,20,1000,22,12:30"), ["data.csv:3", "12:30"]),
+    ] {
+        let output = predict(&folder, "data.csv", &data, None);
+        let told = message(&output);
+        assert_eq!(output.status.code(), Some(2), "{data}\n{told}");
+        needles.iter().for_each(|needle| assert!(told.contains(needle), "no '{needle}' for\n{data}\n{told}"));
+    }
+    // With the zone, the hour that stands twice is read.
+    let output = predict(&folder, "data.csv", format!("{log}\n{stamped}"), Some("zone = \"Europe/Berlin\"\n"));
+    assert_eq!(output.status.code(), Some(0), "{}", message(&output));
+    let times: Vec<f64> = json(&output)["readings"].as_array().unwrap().iter().map(|r| r["time_s"].as_f64().unwrap()).collect();
+    assert_eq!(times, [0.0, 1800.0, 3600.0, 5400.0, 7200.0, 9000.0]);
+}
+
+#[test]
+fn a_sheet_of_a_workbook_is_a_log() {
+    let folder = scratch("workbook");
+    std::fs::copy(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/program/identify/loggers/book.xlsx"), folder.join("book.xlsx"))
+        .unwrap();
+    let defaults = "[variables]\nambient_temperature = \"22 degC\"\nmotor_speed = \"1000 rpm\"\n[node.base]";
+    let machine = write(&folder, "nodes.toml", SERIES.replace("[node.base]", defaults));
+    let book = folder.join("book.xlsx#March").display().to_string();
+    let output = coldplate(&["predict", &machine, &book, "--from", "22 degC", "--json", "--keep-all"]);
+    let told = message(&output);
+    assert_eq!(output.status.code(), Some(0), "{told}");
+    let found = json(&output);
+    assert_eq!(measured(&found), [44.5, 44.25]);
+    let time = found["readings"][1]["time_s"].as_f64().unwrap();
+    assert!((time - 60.0).abs() < 2e-3, "{time}");
+    for said in ["sheet 'March' of 2", "time runs from 2024-05-01 10:00:00", "'#N/A' once", "'who'"] {
+        assert!(told.contains(said), "no '{said}' in {told}");
+    }
+    let other = coldplate(&["predict", &machine, &folder.join("book.xlsx#Marhc").display().to_string()]);
+    assert!(other.status.code() == Some(2) && message(&other).contains("did you mean 'March'"), "{}", message(&other));
+}
+
+/// A heater that a relay switches every five minutes, logged once a minute: between two rows it does not fade.
+#[test]
+fn a_relay_is_held_between_two_rows() {
+    let folder = scratch("relay");
+    let machine = SERIES.replace("power = \"30 W\"", "power = \"0.03 * motor_speed_rpm\"").replace("1000 J/K", "60 J/K");
+    let machine = write(&folder, "nodes.toml", machine);
+    let header = "time [s],coolant_flow [L/min],coolant_temperature [degC],motor_speed [rpm],ambient_temperature [degC]";
+    let rows: String = (0..60).map(|r| format!("{},2,20,{},22\n", 60 * r, if r / 5 % 2 == 0 { 2000 } else { 0 })).collect();
+    let schedule = write(&folder, "schedule.csv", format!("{header}\n{rows}"));
+    let log = folder.join("log.csv").display().to_string();
+    let ran = coldplate(&["simulate", &machine, &schedule, "--hold", "--from", "22 degC", "--every", "60 s", "--out", &log]);
+    assert_eq!(ran.status.code(), Some(0), "{}", message(&ran));
+    let rmse = |toml: Option<&str>| {
+        let _ = std::fs::remove_file(folder.join("log.toml"));
+        if let Some(toml) = toml {
+            write(&folder, "log.toml", toml);
+        }
+        let output = coldplate(&["predict", &machine, &log, "--from", "22 degC", "--json", "--keep-all"]);
+        assert_eq!(output.status.code(), Some(0), "{}", message(&output));
+        (json(&output)["all"]["rmse_K"].as_f64().unwrap(), message(&output))
+    };
+    let (held, told) = rmse(None);
+    assert!(held < 0.01 && told.contains("between two rows 'motor_speed' is held (it has 2 levels"), "{held} {told}");
+    let (joined, told) = rmse(Some("joined = [\"motor_speed\"]\n"));
+    assert!(joined > 0.5 && told.contains("'motor_speed' runs straight"), "{joined} {told}");
+    let (stated, _) = rmse(Some("held = [\"motor_speed\"]\n"));
+    assert!((stated - held).abs() < 1e-12);
+    let unknown = write(&folder, "log.toml", "held = [\"motor_sped\"]\n");
+    let output = coldplate(&["predict", &machine, &log, "--from", "22 degC"]);
+    assert!(output.status.code() == Some(2) && message(&output).contains("did you mean 'motor_speed'"), "{unknown} {}", message(&output));
+}
+
+/// Stretches of a value of the logger's own are no readings, in all commands that read data.
+#[test]
+fn stretches_of_an_error_value_are_left_out() {
+    let folder = scratch("error_values");
+    let machine = write(&folder, "nodes.toml", SERIES);
+    let header = "time [s],coolant_flow [L/min],coolant_temperature [degC],motor_speed [rpm],ambient_temperature [degC]";
+    let schedule = write(&folder, "schedule.csv", format!("{header}\n0,2,20,1000,22\n3000,2,20,1000,22\n"));
+    let log = folder.join("log.csv").display().to_string();
+    coldplate(&["simulate", &machine, &schedule, "--from", "22 degC", "--every", "60 s", "--out", &log]);
+    let text = std::fs::read_to_string(&log).unwrap();
+    let columns: Vec<&str> = text.lines().find(|l| l.starts_with("time")).unwrap().split(',').collect();
+    let motor = columns.iter().position(|c| *c == "motor [degC]").unwrap();
+    let spoilt: Vec<String> = (text.lines().enumerate())
+        .map(|(n, line)| {
+            let mut cells: Vec<&str> = line.split(',').collect();
+            if (20..27).contains(&n) {
+                cells[motor] = "988.79";
+            }
+            cells.join(",")
+        })
+        .collect();
+    write(&folder, "log.csv", spoilt.join("\n") + "\n");
+    let found = json(&coldplate(&["predict", &machine, &log, "--from", "22 degC", "--json"]));
+    let faults = found["faults"].as_array().unwrap();
+    assert_eq!((faults.len(), faults[0]["kind"].as_str(), faults[0]["readings"].as_u64()), (1, Some("error_value"), Some(7)), "{faults:?}");
+    assert!(found["all"]["rmse_K"].as_f64().unwrap() < 0.01, "{}", found["all"]);
+}
