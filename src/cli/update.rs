@@ -55,7 +55,7 @@ struct Told<'a> {
     update: &'a UpdateRecord,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     faults: Vec<FaultRecord>,
-    /// What was read of the data, and what was not.
+    /// Account of the data: lines and readings that count, and those that do not.
     account: &'a Ledger,
 }
 

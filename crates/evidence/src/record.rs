@@ -44,7 +44,7 @@ pub struct IdentifyRecord {
     pub off_in_full_K: Option<f64>,
     /// Faulty readings that were found.
     pub faults: Vec<FaultRecord>,
-    /// What was read of the data, and what was not.
+    /// Account of the data: lines and readings that count, and those that do not.
     pub account: AccountRecord,
     pub seconds: f64,
 }

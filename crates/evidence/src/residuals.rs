@@ -188,7 +188,7 @@ impl PredictedReadings {
 pub struct PredictRecord {
     pub machine: String,
     pub data: String,
-    /// What was read of the data, and what was not.
+    /// Account of the data: lines and readings that count, and those that do not.
     pub account: AccountRecord,
     /// Spread of all readings.
     pub all: ResidualSpread,

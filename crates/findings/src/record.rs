@@ -52,7 +52,7 @@ pub struct DiagnosisRecord {
     pub readings: Vec<ExplainedReadingRecord>,
     /// Faulty readings that were found.
     pub faults: Vec<FaultRecord>,
-    /// What was read of the data, and what was not.
+    /// Account of the data: lines and readings that count, and those that do not.
     pub account: AccountRecord,
     /// Steps behind the diagnosis that failed, with the reason.
     #[serde(skip_serializing_if = "Vec::is_empty")]

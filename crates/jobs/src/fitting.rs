@@ -202,7 +202,7 @@ pub struct FitRecord {
     pub bytes: u64,
     pub points: Vec<PointFitRecord>,
     pub notes: Vec<String>,
-    /// What was read of the table, and what was not.
+    /// Account of the table: lines that count, and those that do not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub account: Option<Ledger>,
     pub seconds: f64,

@@ -24,6 +24,13 @@ fn _coldplate(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(pipeline::identify, module)?)?;
     module.add_function(wrap_pyfunction!(pipeline::diagnose, module)?)?;
     module.add_function(wrap_pyfunction!(table::read_table, module)?)?;
+    module.add_function(wrap_pyfunction!(rescaling, module)?)?;
     module.add_function(wrap_pyfunction!(pipeline::write_file, module)?)?;
     Ok(())
+}
+
+/// Factor and offset from values in one unit to values in another.
+#[pyfunction]
+fn rescaling(py: Python<'_>, from: &str, to: &str) -> PyResult<(f64, f64)> {
+    errors::told(py, coldplate_base::units::rescaling(from, to))
 }

@@ -204,3 +204,15 @@ def test_damaged_files_are_refused():
         damaged[place] ^= 1 << random.integers(8)
         with pytest.raises(InputError):
             Surrogate(bytes(damaged))
+
+
+def test_units_of_columns_are_converted():
+    plate = coldplate.Surrogate.read("crates/runtime/fixtures/uncertain.cps")
+    plain = plate([[8.0, 20.0, 21.0]])
+    other = {"coolant_flow [m3/s]": [8.0 / 60_000], "coolant_temperature [K]": [293.15], "ambient_temperature [degF]": [69.8]}
+    np.testing.assert_allclose(plate(other), plain, rtol=1e-12)
+    np.testing.assert_allclose(plate({"coolant_flow": 8.0, "coolant_temperature": 20.0, "ambient_temperature": 21.0}), plain[0], rtol=1e-12)
+    with pytest.raises(coldplate.InputError, match="two columns"):
+        plate({**other, "coolant_flow": [8.0]})
+    with pytest.raises(coldplate.InputError, match="unit"):
+        plate({"coolant_flow [furlong]": [8.0], "coolant_temperature": [20.0], "ambient_temperature": [21.0]})

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use crate::csv::{CsvRecords, Record};
 use crate::ledger::{ABOVE, Ledger};
+use crate::records::{CsvRecords, Record};
 use crate::stamps::is_stamp;
 use coldplate_base::error::{Error, Result};
 use coldplate_base::units::{Dimension, dimension_of, spelled};

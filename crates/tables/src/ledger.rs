@@ -9,7 +9,7 @@ const MOST_LISTED: usize = 8;
 
 /// Account of the reading of a table.
 ///
-/// As JSON it has the keys of these fields but for the lines of header and rows; `rows` is their number.
+/// The keys of its JSON are these fields but for the lines of header and rows; `rows` is their number.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct Ledger {
     /// Lines of the file; 0 for a Parquet file, which has none.
@@ -45,7 +45,7 @@ impl Ledger {
         self.rows.get(row).copied()
     }
 
-    /// What keeps a table from being plain: something was assumed, or lines that had been meant as rows were left out.
+    /// Reason why a table is not plain: something was assumed, or lines that had been meant as rows were left out.
     pub(crate) fn doubt(&self) -> Option<String> {
         let lost = self.left_out.iter().find(|(reason, _)| ![BLANK, REMARK].contains(reason));
         self.assumed.first().cloned().or_else(|| lost.map(|(reason, lines)| left_out(reason, lines)))

@@ -24,6 +24,7 @@ mod frame;
 mod layout;
 mod ledger;
 mod parquet;
+mod records;
 mod spreadsheet;
 mod stamps;
 

@@ -441,6 +441,27 @@ pub fn express(si: f64, unit_text: &str, dimension: Dimension) -> Result<f64> {
     Ok((si - zero) / factor)
 }
 
+/// Factor a and offset b with which a value x in one unit is a x + b in another of the same quantity, as in headers: `degC` is an
+/// absolute temperature, and `K` beside it too.
+///
+/// # Errors
+/// An unknown unit, or units of different quantities.
+///
+/// ```
+/// # use coldplate_base::units::rescaling;
+/// assert_eq!(rescaling("m3/s", "L/min").unwrap(), (60_000.0, 0.0));
+/// assert_eq!(rescaling("K", "degC").unwrap(), (1.0, -273.15));
+/// assert!(rescaling("W", "degC").is_err());
+/// ```
+pub fn rescaling(from: &str, to: &str) -> Result<(f64, f64)> {
+    let dimension = dimension_of(to)?;
+    let (own, other) = (factor(from, dimension)?, factor(to, dimension)?);
+    let is_scale = zero_of_scale(from).is_some() || zero_of_scale(to).is_some();
+    let zero = |unit: &str| zero_of_scale(unit).unwrap_or(0.0);
+    let offset = if is_scale { (zero(from) - zero(to)) / other } else { 0.0 };
+    Ok((own / other, offset))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

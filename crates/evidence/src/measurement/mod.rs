@@ -67,7 +67,7 @@ pub struct Data {
     pub notes: Vec<String>,
 }
 
-/// What was read of the data, and what was not, as outside programs read it.
+/// Account of the data as outside programs read it: lines and readings that count, and those that do not.
 #[derive(Debug, Clone, Serialize)]
 pub struct AccountRecord {
     /// Account of the lines of the file.

@@ -213,7 +213,7 @@ class Reduced:
     def predict(self, conditions: Any, progress: Progress = None) -> Predictions:
         """Readings with bounds at conditions (n, variables), in the order of `variables` and in their `units`; a mapping or data
         frame with these names is taken too. All cores work on it."""
-        array, _ = rows_of(conditions, self.variables)
+        array, _ = rows_of(conditions, self.variables, self.units)
         return Predictions(*self._native.predict(array, callback(progress)))
 
     def simulate(

@@ -33,14 +33,26 @@ class Record(dict):
         return json.loads(text, object_hook=cls)
 
 
-def rows_of(conditions: Any, variables: Sequence[str]) -> tuple[np.ndarray, bool]:
-    """Conditions as an array (n, variables), and whether it was one alone; columns of a mapping or data frame go by their names."""
+def rows_of(conditions: Any, variables: Sequence[str], units: Mapping[str, str]) -> tuple[np.ndarray, bool]:
+    """Conditions as an array (n, variables), and whether it was one alone. Columns of a mapping or data frame go by their names; a
+    unit behind a name, as in "coolant_flow [m3/s]", is converted, and numbers without one are in `units`."""
     if isinstance(conditions, Mapping) or hasattr(conditions, "columns"):
-        plain = {str(name).partition("[")[0].strip(): conditions[name] for name in conditions}
-        missing = [name for name in variables if name not in plain]
+        found = {}
+        for header in conditions:
+            name, bracket, unit = str(header).partition("[")
+            name = name.strip()
+            if name not in variables:
+                continue
+            if name in found:
+                raise InputError(f"'{name}' stands in two columns\n help: keep one of them")
+            found[name] = np.asarray(conditions[header], dtype=float)
+            if bracket:
+                factor, offset = _coldplate.rescaling(unit.strip().removesuffix("]").strip(), units[name])
+                found[name] = factor * found[name] + offset
+        missing = [name for name in variables if name not in found]
         if missing:
             raise InputError(f"'{missing[0]}' is missing\n help: conditions are made of {', '.join(variables)}")
-        conditions = np.stack(np.broadcast_arrays(*(np.asarray(plain[name], dtype=float) for name in variables)), axis=-1)
+        conditions = np.stack(np.broadcast_arrays(*(found[name] for name in variables)), axis=-1)
     if np.iscomplexobj(conditions):
         raise InputError("conditions are real numbers, these are complex")
     array = np.asarray(conditions, dtype=float)
@@ -132,12 +144,12 @@ class Surrogate:
         return type(self), (self.content,), {name: value for name, value in vars(self).items() if name == "fit"}
 
     def _conditions(self, conditions: Any) -> tuple[np.ndarray, bool]:
-        return rows_of(conditions, self.variables)
+        return rows_of(conditions, self.variables, self.units)
 
     def __call__(self, conditions: Any) -> np.ndarray:
         """Values (n, points) at conditions (n, variables), in the units of the file; one condition gives (points,). A mapping or
-        data frame with the names of the variables is taken too, its numbers in the units of the file. All cores work on it, and
-        other threads of Python go on."""
+        data frame with the names of the variables is taken too, with units as in "coolant_flow [m3/s]" or in those of the file.
+        All cores work on it, and other threads of Python go on."""
         array, single = self._conditions(conditions)
         values = self._native.evaluate(array)
         return values[0] if single else values
