@@ -147,9 +147,8 @@ impl Layout {
     /// Writes every unit in square brackets and in the spelling of the files; says so where letters change.
     fn spell(&mut self, ledger: &mut Ledger) {
         let mut read = Vec::new();
-        let has_brackets = self.header.iter().any(|cell| cell.ends_with(']') && cell.contains('['));
         for cell in &mut self.header {
-            let Some((name, unit, bracket)) = split_unit(cell).filter(|(.., bracket)| *bracket == '[' || !has_brackets) else { continue };
+            let Some((name, unit, bracket)) = split_unit(cell) else { continue };
             let Some(own) = spelled(unit) else { continue };
             if own != unit || bracket != '[' {
                 let new = format!("{name} [{own}]");

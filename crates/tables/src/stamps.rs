@@ -1,6 +1,6 @@
 //! Dates and clock times of logs, as seconds from the first row.
 
-use chrono::{DateTime, Duration, FixedOffset, LocalResult, NaiveDate, NaiveDateTime, NaiveTime, TimeZone, Utc};
+use chrono::{DateTime, Datelike, Duration, FixedOffset, LocalResult, NaiveDate, NaiveDateTime, NaiveTime, TimeZone, Utc};
 use chrono_tz::Tz;
 
 use crate::{Column, Ledger, Table, TextColumn};
@@ -10,17 +10,19 @@ use coldplate_base::units::{Dimension, convert};
 /// Name of the column of times.
 pub const TIME: &str = "time";
 
-/// Names of columns of times, in small letters and without blanks and signs.
-const NAMES: [&str; 12] =
-    ["time", "timestamp", "datetime", "date", "ts", "utc", "timeutc", "datetimeutc", "zeit", "zeitstempel", "datum", "datumzeit"];
+/// Beginnings of the names of columns of times, in small letters and without blanks and signs.
+const NAMES: [&str; 12] = ["time", "date", "ts", "utc", "clock", "zeit", "datum", "uhr", "heure", "horodatage", "fecha", "hora"];
 /// Formats of dates, each with the words for it; days stand before months where dots separate them.
-const DATES: [(&str, &str); 8] = [
+const DATES: [(&str, &str); 11] = [
     ("%Y-%m-%d", "year-month-day"),
     ("%Y/%m/%d", "year/month/day"),
     ("%d.%m.%Y", "day.month.year"),
     ("%d/%m/%Y", "day/month/year"),
     ("%m/%d/%Y", "month/day/year"),
     ("%d-%m-%Y", "day-month-year"),
+    ("%d.%m.%y", "day.month.year"),
+    ("%d/%m/%y", "day/month/year"),
+    ("%m/%d/%y", "month/day/year"),
     ("%d-%b-%Y", "day-month-year"),
     ("%d %b %Y", "day month year"),
 ];
@@ -128,7 +130,7 @@ impl Table {
         for (i, column) in self.texts.iter().enumerate() {
             let plain: String = column.name.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect();
             if is_log
-                && NAMES.contains(&plain.as_str())
+                && NAMES.iter().any(|own| plain.starts_with(own))
                 && let Some(format) = format_of(&column.values).map_err(|e| e.at_key(column.name.clone()))?
             {
                 found.push((i, format));
@@ -188,7 +190,8 @@ impl StampFormat {
             _ => (String::new(), text),
         };
         let date = match self.date {
-            Some((format, _)) => NaiveDate::parse_from_str(&date, format).ok()?,
+            // Four digits are asked of a year that is written in full.
+            Some((format, _)) => NaiveDate::parse_from_str(&date, format).ok().filter(|date| date.year() > 999)?,
             None => NaiveDate::default(),
         };
         let clock = match self.clock {
@@ -279,6 +282,7 @@ mod tests {
             ("Date/Time", "13/05/2024 10:00:00", "13/05/2024 10:01:30"),
             ("Date/Time", "5/13/2024 11:59:00 AM", "5/13/2024 12:00:30 PM"),
             ("Zeit", "23:59:00", "00:00:30"),
+            ("Date Time GMT+02:00", "05/13/24 10:00:00 AM", "05/13/24 10:01:30 AM"),
             ("time [ms]", "1553424480000", "1553424570000"),
             ("time [d]", "45231.708333333", "45231.709375"),
         ] {
@@ -289,6 +293,8 @@ mod tests {
         }
         let (times, _) = read("date,clock,motor [degC]\n2024-05-01,,20\n2024-05-02,,21\n", None).unwrap();
         assert_eq!(times, [0.0, 86_400.0]);
+        let (times, assumed) = read("Datum;Uhrzeit;motor [degC]\n01.05.24;23:00;20\n02.05.24;01:00;21\n", None).unwrap();
+        assert!(times == [0.0, 7200.0] && assumed.iter().any(|s| s.contains("2024-05-01 23:00:00")), "{assumed:?}");
         let (times, _) = read("Date,Time,motor [degC]\n2024-05-01,23:00,20\n2024-05-02,01:00,21\n", None).unwrap();
         assert_eq!(times, [0.0, 7200.0]);
     }

@@ -52,8 +52,8 @@ impl ReadingSettings {
     }
 
     /// Whether each variable of the machine is held until the next row of a log, with a sentence for every column that is. A
-    /// variable without a statement is held if it is switched: few levels, of many rows each, one of them left and reached again or
-    /// changed in a step.
+    /// variable without a statement is held if it is switched: few levels, of many rows each, one of them left and reached again in
+    /// a test. A single step may as well be a ramp from row to row.
     ///
     /// # Errors
     /// A name that is no variable, or stated twice.
@@ -81,7 +81,7 @@ impl ReadingSettings {
         let mut held = Vec::with_capacity(machine.variables.len());
         for (v, variable) in machine.variables.iter().enumerate() {
             let values: Vec<f64> = rows.iter().map(|row| row.condition.si()[v]).collect();
-            let switched = levels(&values);
+            let switched = levels(&values).filter(|_| comes_back(rows, v));
             let is_held = match (self.held.contains(&variable.name), self.joined.contains(&variable.name)) {
                 (true, _) => true,
                 (_, true) => false,
@@ -103,6 +103,18 @@ impl ReadingSettings {
         }
         Ok(held)
     }
+}
+
+/// Whether a variable leaves a level and reaches it again in one test.
+fn comes_back(rows: &[ReadingRow], variable: usize) -> bool {
+    let stretches = rows.chunk_by(|a, b| a.test == b.test && a.condition.si()[variable] == b.condition.si()[variable]);
+    let mut seen: Vec<(&str, f64)> = Vec::new();
+    stretches.into_iter().any(|stretch| {
+        let own = (stretch[0].test.as_str(), stretch[0].condition.si()[variable]);
+        let again = seen.contains(&own);
+        seen.push(own);
+        again
+    })
 }
 
 /// Number of levels of a switched quantity; `None` if it is none.
