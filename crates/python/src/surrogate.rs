@@ -11,13 +11,15 @@ use coldplate_runtime::{Acceptability, Band, Room, ShapeError, State, StepError,
 use coldplate_surrogate::fit::file;
 use coldplate_surrogate::verdict::instruments::Instruments;
 use coldplate_surrogate::verdict::question::Question;
+use coldplate_surrogate::verdict::update::UpdateRecord;
 use coldplate_surrogate::verdict::{stated, update};
-use coldplate_tables::Table;
+use coldplate_tables::{Ledger, Table};
 use numpy::ndarray::{Array2, Array3, Dimension};
 use numpy::{Element, IntoPyArray, PyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pulp::{Arch, Simd, WithSimd};
 use pyo3::prelude::*;
 use rayon::prelude::*;
+use serde::Serialize;
 
 use crate::errors::{json, told, wrong};
 
@@ -65,6 +67,14 @@ impl Surrogate {
         let flat = array.to_slice().map_or_else(|| array.iter().copied().collect::<Vec<_>>().into(), std::borrow::Cow::Borrowed);
         Ok((flat, n, variables))
     }
+}
+
+/// What an update tells, as the command line does.
+#[derive(Serialize)]
+struct Learnt<'a> {
+    #[serde(flatten)]
+    update: &'a UpdateRecord,
+    account: &'a Ledger,
 }
 
 #[pymethods]
@@ -115,10 +125,11 @@ impl Surrogate {
                 _ => Instruments::with_noise(opened, deviation(noise.unwrap_or("0.1 K"))?),
             };
             let (table, ledger) = Table::read_with_ledger(&data)?;
-            update::update(self.file.borrow_owner(), &table, &ledger.rows, &instruments).map_err(|e| e.in_file(&data))
+            let found = update::update(self.file.borrow_owner(), &table, &ledger.rows, &instruments).map_err(|e| e.in_file(&data))?;
+            Ok((found, ledger))
         });
-        let found = told(py, found)?;
-        Ok((found.bytes, json(py, &found.record)?))
+        let (found, account) = told(py, found)?;
+        Ok((found.bytes, json(py, &Learnt { update: &found.record, account: &account })?))
     }
 
     /// Largest error of each point over time; empty if the file holds steady states only.
