@@ -69,7 +69,7 @@ impl Surrogate {
     }
 }
 
-/// What an update tells, as the command line does.
+/// Record of an update with the account of its table, as the command line gives it.
 #[derive(Serialize)]
 struct Learnt<'a> {
     #[serde(flatten)]
