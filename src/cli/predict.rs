@@ -79,6 +79,9 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         }
         out.note(&format!("wrote {}", path.display()));
     }
+    if args.csv {
+        faults.iter().for_each(|fault| out.note(&format!("note: {}", fault.text())));
+    }
     let text = if args.csv { found.table(&study)?.to_csv()? } else { faulty_readings::listed(&faults) + &text(&found, &study) };
     let record = PredictRecord { faults: faults.iter().map(Fault::record).collect(), ..found.record(&study) };
     out.report(&text, &record);

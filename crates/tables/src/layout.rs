@@ -183,6 +183,10 @@ fn usual_count(records: &[Sampled]) -> (usize, usize) {
 
 /// Whether cells can be a header: one carries a unit, or none is a number.
 fn is_header(cells: &[String]) -> bool {
+    // A title stands alone in its line, whatever delimiters a spreadsheet puts behind it.
+    if cells.len() > 1 && cells.iter().filter(|cell| !cell.is_empty()).count() < 2 {
+        return false;
+    }
     let is_number = |cell: &String| cell.replace(',', ".").parse::<f64>().is_ok();
     cells.iter().any(|cell| split_unit(cell).is_some_and(|(_, _, bracket)| bracket == '[')) || !cells.iter().any(is_number)
 }

@@ -32,7 +32,7 @@ use std::path::Path;
 
 pub use csv::{cells, quoted};
 pub use ledger::Ledger;
-pub use stamps::TIME;
+pub use stamps::{TIME, is_stamp};
 
 use decoded::decoded;
 

@@ -60,7 +60,7 @@ fn shown(cell: &Data) -> Cow<'_, str> {
         Data::String(text) => Cow::Owned(text.replace(['\r', '\n'], " ")),
         Data::Float(value) => Cow::Owned(number(*value)),
         Data::Int(value) => Cow::Owned(value.to_string()),
-        Data::Bool(value) => Cow::Borrowed(if *value { "1" } else { "0" }),
+        Data::Bool(value) => Cow::Borrowed(if *value { "TRUE" } else { "FALSE" }),
         Data::DateTime(stamp) if stamp.is_datetime() => {
             let (year, month, day, hour, minute, second, milli) = stamp.to_ymd_hms_milli();
             Cow::Owned(format!("{year:04}-{month:02}-{day:02} {hour:02}:{minute:02}:{second:02}.{milli:03}"))

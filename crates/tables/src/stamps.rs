@@ -151,7 +151,7 @@ impl Table {
 }
 
 /// Whether a text is a date, a clock time or both.
-pub(crate) fn is_stamp(text: &str) -> bool {
+pub fn is_stamp(text: &str) -> bool {
     text.contains([':', '-', '/', '.']) && formats().any(|format| format.read(text.trim()).is_some())
 }
 

@@ -204,6 +204,12 @@ fn unit(text: &str) -> Result<(f64, Dimension)> {
             .find(|(i, c)| !(c.is_alphabetic() || *c == '°' || *c == '%' || (*i == 0 && *c == '1')))
             .map_or(rest.len(), |(i, _)| i);
         let symbol = &rest[..end];
+        if symbol == "1" && rest[end..].starts_with(|c: char| c.is_ascii_digit() || c == '.') {
+            let number: String = rest.chars().take_while(|c| c.is_ascii_digit() || *c == '.').collect();
+            return Err(
+                Error::input(format!("the number {number} has no place in a unit")).help("write the values in a unit without a factor")
+            );
+        }
         let Some((_, f, d)) = UNITS.iter().find(|(name, ..)| *name == symbol) else {
             let known: Vec<&str> = UNITS.iter().map(|(name, ..)| *name).collect();
             let error = Error::input(match rest.chars().next().filter(|_| symbol.is_empty()) {
@@ -317,6 +323,9 @@ pub fn convert(value: f64, unit_text: &str, expected: Dimension) -> Result<f64> 
                 .help("write the difference in K"));
         }
         return Ok(value * factor);
+    }
+    if zero.is_none() && ["degC", "°C", "degF", "°F"].iter().any(|scale| plain(unit_text).contains(scale)) {
+        return Err(Error::input(format!("'{unit_text}' is no unit of a temperature")).help("write degC, degF or K alone"));
     }
     let kelvin = match zero {
         Some(zero) => value * factor + zero,
@@ -524,6 +533,8 @@ mod tests {
             ("20 C", Dimension::TEMPERATURE, "write degC"),
             ("560 W/m2 K", Dimension::FILM, "write W/(m2 K)"),
             ("560 W/m²K", Dimension::FILM, "write W/(m2 K)"),
+            ("5 mm/10", Dimension::LENGTH, "the number 10 has no place"),
+            ("5 degC.", Dimension::TEMPERATURE, "alone"),
             ("5 m#", Dimension::LENGTH, "'#' has no place"),
             ("100 / 4 mm", Dimension::LENGTH, "'/' (character 5)"),
         ] {

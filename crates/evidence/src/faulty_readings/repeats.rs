@@ -22,6 +22,9 @@ const COPIED: f64 = 1e-4;
 /// Rows that repeat an earlier reading: only one of them counts.
 pub(super) fn duplicates(grid: &Grid<'_>) -> Vec<Fault> {
     let rows = &grid.data.rows;
+    // Probability that two readings of a sensor are equal by chance.
+    let alike = |k: usize| (grid.digit(k) / (2.0 * std::f64::consts::PI.sqrt() * grid.noise[k].max(1e-12))).min(1.0);
+    let alike: Vec<f64> = (0..grid.data.names.len()).map(alike).collect();
     let mut first: HashMap<Vec<u64>, Vec<usize>> = HashMap::new();
     let mut found = Vec::new();
     for (r, row) in rows.iter().enumerate() {
@@ -42,7 +45,7 @@ pub(super) fn duplicates(grid: &Grid<'_>) -> Vec<Fault> {
         let numbers = row.time.iter().chain(row.condition.si()).copied();
         let readings = row.readings.iter().map(|reading| reading.unwrap_or(f64::NAN));
         let same = first.entry(numbers.chain(readings).map(f64::to_bits).collect()).or_default();
-        if let Some(other) = same.iter().find(|other| is_copy(grid, &rows[**other], row)) {
+        if let Some(other) = same.iter().find(|other| is_copy(&alike, &rows[**other], row)) {
             let readings = (0..row.readings.len()).filter(|k| row.readings[*k].is_some()).map(|k| (r, k)).collect();
             let words = format!("the same time, conditions and readings as row {}", other + 1);
             found.push(Fault::new(grid.data, FaultKind::DuplicateRow, readings, None, words));
@@ -54,13 +57,12 @@ pub(super) fn duplicates(grid: &Grid<'_>) -> Vec<Fault> {
 }
 
 /// Whether two equal rows are one reading. Rows without the name of a test could be two tests with equal results.
-fn is_copy(grid: &Grid<'_>, one: &ReadingRow, other: &ReadingRow) -> bool {
+fn is_copy(alike: &[f64], one: &ReadingRow, other: &ReadingRow) -> bool {
     if one.test == other.test {
         return true;
     }
     let is_unnamed = |row: &ReadingRow| row.test.starts_with("row ");
-    let alike = |k: usize| (grid.digit(k) / (2.0 * std::f64::consts::PI.sqrt() * grid.noise[k].max(1e-12))).min(1.0);
-    let chance: f64 = (0..one.readings.len()).filter(|k| one.readings[*k].is_some()).map(alike).product();
+    let chance: f64 = one.readings.iter().zip(alike).filter(|(reading, _)| reading.is_some()).map(|(_, alike)| alike).product();
     is_unnamed(one) && is_unnamed(other) && chance < COPIED
 }
 

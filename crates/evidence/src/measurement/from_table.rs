@@ -1,12 +1,12 @@
 //! Measured data from a table: the columns by what they hold, then row by row.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use super::{Data, ReadingRow, ReadingSettings, TEST, TIME, beyond};
 use coldplate_base::error::{Error, Result, did_you_mean};
 use coldplate_base::units::{self, Dimension, Measurand, celsius};
 use coldplate_describe::machine::{Condition, DescribedVariable, Machine};
-use coldplate_tables::{Column, Ledger, Table};
+use coldplate_tables::{Column, Ledger, Table, is_stamp};
 
 /// Largest displacement that a machine can have, um. Chosen: larger numbers point to a wrong unit.
 const FARTHEST: f64 = 1e5;
@@ -62,7 +62,28 @@ impl<'a> Columns<'a> {
     fn of(table: &'a Table, ledger: &'a Ledger, machine: &'a Machine) -> Result<Self> {
         let variable_of = |name: &str| machine.variables.iter().position(|v| v.name == name);
         let sensor_of = |name: &str| machine.sensors.iter().position(|s| s.name == name);
+        let tests = table.text(TEST).map(|t| t.values.iter().collect::<HashSet<_>>().len());
+        let is_steady = tests.is_some_and(|tests| 2 * tests > table.rows());
         for text in &table.texts {
+            // Times that cannot be read throughout: without them the rows of a log would be steady readings.
+            let stamps = text.values.iter().filter(|cell| is_stamp(cell)).count();
+            if !is_steady && stamps > 1 && 2 * stamps > table.rows() && text.name != TEST {
+                let odd = text.values.iter().position(|cell| !is_stamp(cell));
+                let what = format!("the column '{}' holds times, and they cannot be read as the times of a log", text.name);
+                let error = Error::input(what).at_key(text.name.clone());
+                let help = "call it 'time', with all its cells in one form such as 2024-05-01 10:00:00; in a table of steady readings, name each test";
+                return Err(match odd {
+                    Some(r) => match ledger.line(r) {
+                        Some(line) => error.read(&text.values[r]).at_line(line),
+                        None => error.read(&text.values[r]),
+                    },
+                    None => error,
+                }
+                .help(help));
+            }
+            if is_steady && text.name == TIME {
+                continue;
+            }
             if variable_of(&text.name).is_some() || sensor_of(&text.name).is_some() || text.name == TIME {
                 table.column(&text.name)?; // says that the unit is missing
             }
