@@ -184,3 +184,16 @@ fn refused(error: &clap::Error) -> ! {
     }
     error.exit()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::whole;
+
+    #[test]
+    fn a_panic_ends_with_a_message_and_status_4() {
+        let error = whole(|| panic!("index {} is beyond the end", 7)).unwrap_err();
+        assert_eq!(error.exit_status(), 4);
+        assert!(error.to_string().contains("index 7 is beyond the end"), "{error}");
+        assert_eq!(whole(|| Ok(3)).unwrap(), 3);
+    }
+}

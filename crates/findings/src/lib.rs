@@ -248,3 +248,19 @@ fn capital(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::kept;
+    use coldplate_base::error::Error;
+
+    #[test]
+    fn a_step_that_fails_or_breaks_down_is_named() {
+        let mut failed = Vec::new();
+        assert_eq!(kept("one", &mut failed, || Ok(1)), Some(1));
+        assert_eq!(kept::<u8>("two", &mut failed, || Err(Error::input("no such source"))), None);
+        assert_eq!(kept::<u8>("three", &mut failed, || panic!("out of bounds")), None);
+        assert!(failed.len() == 2 && failed[0].contains("two") && failed[0].contains("no such source"), "{failed:?}");
+        assert!(failed[1].contains("three") && failed[1].contains("out of bounds"), "{failed:?}");
+    }
+}

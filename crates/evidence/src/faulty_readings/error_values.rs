@@ -4,24 +4,17 @@
 //! while conditions, predictions and other sensors stay; in a table, it comes back in rows that the machine keeps apart.
 
 use super::grid::{Grid, range};
-use super::signs::is_sign;
+use super::log::{LEAVES, SHARED};
+use super::repeats::MOVES;
+use super::signs::{ABSURD, is_sign};
 use super::{Fault, FaultKind, kelvin};
 use coldplate_base::units::celsius;
 
-/// Least distance of such a value from the readings around it, or from its predictions, K. Chosen: as for the signs of sensors that
-/// do not answer.
-const ABSURD: f64 = 10.0;
-/// Least ratio of this distance to the sensor's other changes from row to row (logs) or other residuals (tables); dimensionless.
+/// Least ratio of the value's distance to the sensor's other changes from row to row (logs) or other residuals (tables); dimensionless.
 /// Chosen: a smaller one takes fronts and effects for such values.
 const BEYOND: f64 = 5.0;
-/// Largest share of a jump that the prediction or another sensor may have too. Chosen: as for single wrong readings.
-const SHARED: f64 = 0.1;
-/// Share of a variable's range by which a condition may change at a jump. Chosen: as for single wrong readings.
-const STILL: f64 = 0.01;
 /// Fewest equal readings of a table that no known sign and no second sensor vouch for, a count. Chosen: two may be equal by chance.
 const FEWEST: usize = 3;
-/// Least range of the predictions at these readings, in standard deviations of the noise. Chosen: as for stuck sensors.
-const MOVES: f64 = 20.0;
 
 /// Stretches of a log, or readings of a table, that show a value in place of a reading.
 pub(super) fn error_values(grid: &Grid<'_>) -> Vec<Fault> {
@@ -83,16 +76,16 @@ fn jumps(grid: &Grid<'_>, k: usize, run: &[usize], is_shared: bool) -> bool {
         let told = grid.predicted[a][k].zip(grid.predicted[b][k]).map_or(0.0, |(a, b)| (b - a).abs());
         let is_followed = (0..grid.data.names.len()).filter(|j| *j != k).any(|j| {
             let step = grid.read[a][j].zip(grid.read[b][j]).map_or(0.0, |(a, b)| (b - a).abs());
-            step > SHARED * jump && grid.read[a][j] != Some(value) && grid.read[b][j] != Some(value)
+            step > SHARED[1] * jump && grid.read[a][j] != Some(value) && grid.read[b][j] != Some(value)
         });
-        jump > ABSURD && jump > BEYOND * usual && told < SHARED * jump && !is_followed && stays(grid, a, b)
+        jump > ABSURD && jump > BEYOND * usual && told < SHARED[1] * jump && !is_followed && stays(grid, a, b)
     })
 }
 
 /// Whether the conditions of two rows are the same.
 fn stays(grid: &Grid<'_>, a: usize, b: usize) -> bool {
     let at = |r: usize| grid.data.rows[r].condition.si();
-    (0..at(a).len()).all(|v| (at(a)[v] - at(b)[v]).abs() <= STILL * range(grid.data.rows.iter().map(|row| row.condition.si()[v])))
+    (0..at(a).len()).all(|v| (at(a)[v] - at(b)[v]).abs() <= LEAVES * range(grid.data.rows.iter().map(|row| row.condition.si()[v])))
 }
 
 /// Whether equal readings of a table are far from their predictions, unlike the sensor's other readings, while the machine keeps these

@@ -16,10 +16,10 @@ const DIGITS: f64 = 5.0;
 const ALONE: f64 = 3.0;
 /// Largest share of the deviation that the prediction may have too, and that another sensor of the row may have. Chosen: a
 /// larger one takes effects of the machine for faults.
-const SHARED: [f64; 2] = [0.3, 0.1];
+pub(super) const SHARED: [f64; 2] = [0.3, 0.1];
 /// Share of a variable's range by which a condition may leave those of the neighbours. Chosen: beyond it the readings may
 /// follow the condition.
-const LEAVES: f64 = 0.01;
+pub(super) const LEAVES: f64 = 0.01;
 
 /// Distance of a reading from the line between its neighbours.
 struct Bend {

@@ -12,7 +12,7 @@ use coldplate_base::units::celsius;
 const STUCK: [usize; 2] = [8, 4];
 /// Least range of the prediction over a stuck stretch, in standard deviations of the noise; the other sensors move by half as
 /// much. Chosen: a smaller one takes a machine at rest for a stuck sensor.
-const MOVES: f64 = 20.0;
+pub(super) const MOVES: f64 = 20.0;
 /// Least range of the prediction over a stuck stretch beyond that, in steps of the last digit. Chosen: a smaller one takes
 /// rounding for a stuck sensor.
 const DIGITS: f64 = 5.0;

@@ -10,7 +10,7 @@ const SIGNS: [f64; 3] = [0.0, 85.0, 999.0];
 /// Largest distance of a reading from such a sign, K. Chosen: a larger one takes readings for signs.
 const SAME: f64 = 5e-3;
 /// Least distance of such a sign from the prediction, K. Chosen: some machines are at 0 or 85 degC.
-const ABSURD: f64 = 10.0;
+pub(super) const ABSURD: f64 = 10.0;
 
 /// Whether a temperature (K) is the sign of no reading, while `predicted` (K) is far from it.
 pub(super) fn is_sign(kelvin: f64, predicted: f64) -> bool {
