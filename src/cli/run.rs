@@ -71,6 +71,7 @@ fn to_json(summary: &Summary) -> serde_json::Value {
                 key("leave_one_out_rms"): p.leave_one_out,
                 key("k_fold_rms"): p.k_fold,
                 key("half_width"): p.half_width,
+                key("mesh"): p.mesh,
                 "held_out": p.held_out.map(|(max, rms, inside)| json!({ key("max"): max, key("rms"): rms, "share_in_band": inside })),
             })
         })
@@ -86,6 +87,7 @@ fn to_json(summary: &Summary) -> serde_json::Value {
         "conditions": summary.conditions.0,
         "resumed": summary.conditions.1,
         "failed": summary.failures.len(),
+        "known": summary.known,
         "points": points,
         "formulas": formulas,
         "files": summary.files.iter().map(|f| f.display().to_string()).collect::<Vec<_>>(),
@@ -117,6 +119,7 @@ fn text(summary: &Summary) -> String {
         summary.conditions.1,
         summary.failures.len()
     );
+    text += &summary.known.as_ref().map_or_else(String::new, |known| format!("{}\n\n", known.sentence()));
     text += &summary.answered.as_ref().map_or_else(String::new, |answered| format!("{}\n\n", answered.sentence()));
     text += &summary.adaptation.as_ref().map_or_else(String::new, rounds);
     if !summary.points.is_empty() {
@@ -130,6 +133,7 @@ fn text(summary: &Summary) -> String {
                     p.model.clone(),
                     p.k_fold.map(|k| significant(k, 2)).unwrap_or_default(),
                     significant(p.half_width, 2),
+                    p.mesh.map(|mesh| significant(mesh, 2)).unwrap_or_default(),
                     held(|h| h.0),
                     held(|h| h.1),
                     p.held_out.map(|h| format!("{:.1} %", 100.0 * h.2)).unwrap_or_default(),
@@ -138,8 +142,8 @@ fn text(summary: &Summary) -> String {
             .collect();
         let unit = summary.unit_of_errors();
         let heading = match unit {
-            Some(unit) => ["k-fold rms ", "band +-", "held-out max ", "rms "].map(|of| format!("{of}{unit}")),
-            None => ["k-fold rms", "band +-", "held-out max", "rms"].map(String::from),
+            Some(unit) => ["k-fold rms ", "fit +-", "mesh +-", "held-out max ", "rms "].map(|of| format!("{of}{unit}")),
+            None => ["k-fold rms", "fit +-", "mesh +-", "held-out max", "rms"].map(String::from),
         };
         let heading: Vec<&str> = ["measurement point", "model"].into_iter().chain(heading.iter().map(String::as_str)).collect();
         text += &match unit {

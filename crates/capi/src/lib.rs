@@ -72,7 +72,7 @@ pub struct Entry {
     high: f64,
 }
 
-/// Standard deviations of a value.
+/// Standard deviations of a value; `fit` is that of the fit and of the mesh together.
 #[repr(C)]
 pub struct BandRecord {
     fit: f64,
@@ -319,7 +319,7 @@ pub unsafe extern "C" fn coldplate_assess(
     let Some(found) = found.get_mut(..points) else { return LENGTH };
     let Ok(chance) = own.0.assess(x, None, confidence, values, found) else { return LENGTH };
     for (to, from) in bands.iter_mut().zip(found) {
-        *to = BandRecord { fit: from.fit, parameters: from.parameters, misses: from.misses, total: from.total };
+        *to = BandRecord { fit: from.fit.hypot(from.mesh), parameters: from.parameters, misses: from.misses, total: from.total };
     }
     let binding = chance.binding.and_then(|index| c_int::try_from(index).ok()).unwrap_or(-1);
     *verdict =

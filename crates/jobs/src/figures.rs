@@ -312,7 +312,7 @@ pub fn parity(surrogate: &Surrogate<'_>, comparison: &TableComparison, point: us
         samples: samples
             .map(|((reference, predicted), held_out)| ParityPoint { reference: *reference, predicted: *predicted, held_out: *held_out })
             .collect(),
-        half_width: p.half_width,
+        half_width: surrogate.fit_half_width(point),
         notes: held_note(surrogate),
         ..ParityFigure::default()
     })
@@ -332,7 +332,7 @@ pub fn residuals(surrogate: &Surrogate<'_>, comparison: &TableComparison, point:
         predicted: comparison.values[point].iter().map(|(_, predicted)| *predicted).collect(),
         residuals: comparison.values[point].iter().map(|(found, predicted)| found - predicted).collect(),
         held_out: comparison.held_out.clone(),
-        half_width: p.half_width,
+        half_width: surrogate.fit_half_width(point),
         notes: held_note(surrogate),
     })
 }
@@ -350,8 +350,8 @@ pub fn errors(
             name: p.name.into(),
             leave_one_out: report.map(|f| f.chosen.leave_one_out.rms),
             k_fold: report.and_then(|f| f.chosen.k_fold).map(|k| k.rms),
-            held_out_max: comparison.held_out_errors(i, p.half_width).map(|e| e.0),
-            half_width: Some(p.half_width),
+            held_out_max: comparison.held_out_errors(i, 0.0).map(|e| e.0),
+            half_width: Some(surrogate.fit_half_width(i)),
         }
     };
     ErrorOverview {

@@ -10,9 +10,9 @@ use coldplate_base::numbers::significant;
 use coldplate_base::progress::{Progress, Silent};
 use coldplate_base::units::express;
 use coldplate_describe::machine::{self, PointColumn, Scope};
-use coldplate_explore::sweep::{BOUNDS, RECOVERED};
+use coldplate_explore::sweep::{BOUNDS, MESH_ERRORS, RECOVERED};
 use coldplate_surrogate::fit::model::{
-    FollowedSpec, HeldSpec, LimitKind, LimitSpec, PointModel, SurrogateSpec, UncertaintySpec, VariableSpec,
+    FollowedSpec, HeldSpec, LimitKind, LimitSpec, PointModel, PointSpec, SurrogateSpec, UncertaintySpec, VariableSpec,
 };
 use coldplate_surrogate::fit::{self, FitOptions, FitOutput, FitSamples, ResidualSizes, SurrogateFit};
 use coldplate_tables::{Ledger, Table};
@@ -68,6 +68,7 @@ pub fn fit_table_heard(table: &Table, scope: Option<&Scope>, options: &FitOption
     held.retain(|held| !is_unused(&held.name));
     let mut fit = fit::fit_heard(&samples, options, progress)?;
     widen(&mut fit, table)?;
+    add_mesh_errors(&mut fit.surrogate, table)?;
     if let Some(scope) = scope {
         let (limits, notes) = limits(scope, &fit.surrogate, &held);
         fit.surrogate.limits = limits;
@@ -83,23 +84,38 @@ pub fn fit_table_heard(table: &Table, scope: Option<&Scope>, options: &FitOption
     Ok(fit)
 }
 
-/// Widens the bands by the bounds of rows that a reduced model answered.
-fn widen(fit: &mut SurrogateFit, table: &Table) -> Result<()> {
-    let Some((_, bounds)) = table.provenance.iter().find(|(key, _)| key == BOUNDS) else { return Ok(()) };
-    let bounds: BTreeMap<String, f64> = serde_json::from_str(bounds).map_err(|e| {
-        Error::input(format!("the bounds that the table states cannot be read: {e}"))
-            .at_key(BOUNDS)
+/// A size per output, by name, that the table states in its provenance under `key`; zero for outputs that it does not name.
+fn stated_sizes(table: &Table, key: &str, points: &[PointSpec]) -> Result<Option<Vec<f64>>> {
+    let Some((_, sizes)) = table.provenance.iter().find(|(own, _)| own == key) else { return Ok(None) };
+    let sizes: BTreeMap<String, f64> = serde_json::from_str(sizes).map_err(|e| {
+        Error::input(format!("the {key} that the table states cannot be read: {e}"))
+            .at_key(key)
             .help("take the table as the sweep wrote it")
     })?;
-    for (report, point) in fit.points.iter_mut().zip(&mut fit.surrogate.points) {
-        let bound = bounds.get(&report.name).copied().filter(|bound| *bound >= 0.0).unwrap_or(0.0);
+    let of = |point: &PointSpec| sizes.get(&point.name).copied().filter(|size| *size >= 0.0).unwrap_or(0.0);
+    Ok(Some(points.iter().map(of).collect()))
+}
+
+/// Widens the bands by the bounds of rows that a reduced model answered.
+fn widen(fit: &mut SurrogateFit, table: &Table) -> Result<()> {
+    let Some(bounds) = stated_sizes(table, BOUNDS, &fit.surrogate.points)? else { return Ok(()) };
+    for ((report, point), bound) in fit.points.iter_mut().zip(&mut fit.surrogate.points).zip(&bounds) {
         report.half_width += bound;
         point.half_width += bound;
     }
-    let largest = bounds.values().copied().fold(0.0, f64::max);
+    let largest = bounds.iter().copied().fold(0.0, f64::max);
     if largest > 0.0 {
         let largest = significant(largest, 2);
         fit.notes.push(format!("a reduced model answered rows of this table: bands are wider by its bounds, at most {largest} K"));
+    }
+    Ok(())
+}
+
+/// Adds the error of the mesh to the bands, in quadrature: it is independent of the fit.
+fn add_mesh_errors(surrogate: &mut SurrogateSpec, table: &Table) -> Result<()> {
+    surrogate.mesh = stated_sizes(table, MESH_ERRORS, &surrogate.points)?.unwrap_or_default();
+    for (point, error) in surrogate.points.iter_mut().zip(&surrogate.mesh) {
+        point.half_width = point.half_width.hypot(*error);
     }
     Ok(())
 }

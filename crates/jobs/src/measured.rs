@@ -44,8 +44,8 @@ pub struct CheckedReading {
     pub uncertainty: Option<f64>,
     /// Prediction of the machine file, degC.
     pub predicted: f64,
-    /// Half width of the prediction's 95 % band, K, by the parameters that the machine file leaves open and the model
-    /// error.
+    /// Half width of the prediction's 95 % band, K, by the parameters that the machine file leaves open, the model error, and
+    /// the mesh where its error is known.
     pub band: f64,
     /// Prediction of another program, degC.
     pub other: Option<f64>,
@@ -118,7 +118,9 @@ pub fn one(study: &Study, measurement: &Measurement) -> Result<CheckedState> {
     // Sensors show a value with lag, offset and gain, and the readings are shown values.
     let shown = |(sensor, at): (&Sensor, f64)| sensor.measurand().shown(sensor.shows.settled(at));
     let predicted: Vec<f64> = model.machine.sensors.iter().zip(model.read(&state)).map(shown).collect();
-    let bands = bands(study, &condition, &state)?;
+    let mesh = model.mesh_errors(&condition, &state).ok().flatten().map_or_else(Vec::new, |found| found.errors);
+    let mut bands = bands(study, &condition, &state)?;
+    bands.iter_mut().zip(mesh).for_each(|(band, mesh)| *band = band.hypot(mesh));
     let rows: Vec<CheckedReading> = measurement
         .readings
         .iter()

@@ -95,18 +95,15 @@ fn summary(section: &mut ReportSection, material: &ReportInput<'_>) {
         section.paragraph(study.model.machine.description.trim());
     }
     let failed = material.summary.failures.len();
-    let mut keys = vec![
-        KeyFigure::new(material.summary.conditions.0.to_string(), "conditions solved in full"),
-        match (study, material.sweep.program()) {
-            (_, Some(program)) => KeyFigure::new(&program.name, format!("solved them, version {}", program.version())),
-            (study, None) => KeyFigure::new(study.map_or(0, |study| study.model.network.nodes).to_string(), "unknowns each"),
-        },
-    ];
+    let mut keys: Vec<KeyFigure> = known(material.summary).into_iter().collect();
+    keys.push(KeyFigure::new(material.summary.conditions.0.to_string(), "conditions solved in full"));
+    keys.push(match (study, material.sweep.program()) {
+        (_, Some(program)) => KeyFigure::new(&program.name, format!("solved them, version {}", program.version())),
+        (study, None) => KeyFigure::new(study.map_or(0, |study| study.model.network.nodes).to_string(), "unknowns each"),
+    });
     if let Some(worst) = material.summary.worst_held_out() {
-        let tone = if worst < TARGET { Tone::Good } else { Tone::Bad };
-        keys.push(
-            KeyFigure::new(format!("{worst:.4} K"), format!("largest surrogate error on held-out conditions (aim {TARGET} K)")).tone(tone),
-        );
+        let tone = if worst < TARGET { Tone::Plain } else { Tone::Bad };
+        keys.push(KeyFigure::new(format!("{worst:.4} K"), format!("by which the fit misses the solver at most (aim {TARGET} K)")).tone(tone));
     }
     let open = material.checked.iter().map(|c| c.balance.2).fold(0.0, f64::max);
     if !material.checked.is_empty() {
@@ -128,6 +125,24 @@ fn summary(section: &mut ReportSection, material: &ReportInput<'_>) {
     for note in &material.summary.notes {
         section.note(Tone::Plain, note);
     }
+}
+
+/// How well the machine is known: its measured readings, and the error of the mesh. The error of the fit says nothing of it.
+fn known(summary: &Summary) -> [KeyFigure; 2] {
+    let measured = match &summary.known {
+        Some(known) => {
+            let tone = if known.inside == known.readings { Tone::Good } else { Tone::Uncertain };
+            let off = format!("measured readings inside their band; the worst is {} K off ({})", significant(known.distance, 2), known.worst);
+            KeyFigure::new(format!("{} of {}", known.inside, known.readings), off).tone(tone)
+        }
+        None => KeyFigure::new("none", "measured readings: the numbers of the machine file stand unproved").tone(Tone::Uncertain),
+    };
+    let temperatures = summary.points.iter().filter(|p| p.unit == "K").filter_map(|p| Some((p.mesh?, &p.name)));
+    let mesh = match temperatures.max_by(|a, b| a.0.total_cmp(&b.0)) {
+        Some((error, name)) => KeyFigure::new(format!("{} K", significant(error, 2)), format!("error of the mesh at most ({name})")),
+        None => KeyFigure::new("–", "error of the mesh: not known"),
+    };
+    [measured, mesh]
 }
 
 /// Maps, the sheet, and a few conditions answered in words.
@@ -336,7 +351,7 @@ fn rounds(section: &mut ReportSection, found: &Adaptation) {
 
 fn accuracy(section: &mut ReportSection, material: &ReportInput<'_>) {
     let unit = material.summary.unit_of_errors();
-    let errors = ["leave-one-out rms", "k-fold rms", "band ±", "held-out max", "held-out rms"];
+    let errors = ["leave-one-out rms", "k-fold rms", "fit ±", "mesh ±", "held-out max", "held-out rms"];
     let in_unit = |of: &str| (unit.map_or_else(|| of.to_string(), |unit| format!("{of} [{unit}]")), Align::Right);
     let mut columns = vec![("measurement point".to_string(), Align::Left), ("model".into(), Align::Left)];
     columns.extend(errors.map(in_unit));
@@ -349,7 +364,7 @@ fn accuracy(section: &mut ReportSection, material: &ReportInput<'_>) {
         let inside = point.held_out.map_or_else(|| text("–"), |h| text(format!("{:.1} %", 100.0 * h.2)));
         let k_fold = point.k_fold.map_or_else(|| text("–"), short);
         let mut row = vec![text(&point.name), text(&point.model), short(point.leave_one_out), k_fold, short(point.half_width)];
-        row.extend([held(|h| h.0), held(|h| h.1)]);
+        row.extend([point.mesh.map_or_else(|| text("–"), short), held(|h| h.0), held(|h| h.1)]);
         row.extend(unit.is_none().then(|| text(&point.unit)));
         row.push(inside);
         table.row(row);
@@ -360,7 +375,8 @@ fn accuracy(section: &mut ReportSection, material: &ReportInput<'_>) {
     section.table(table);
     section.paragraph(
         "Leave-one-out errors are optimistic, since settings were chosen by them; the k-fold errors repeat the whole choice in every \
-         fold and make the band; held-out conditions were never seen by any fit.",
+         fold and make the band of the fit; held-out conditions were never seen by any fit. All of these lie beside the solver's results \
+         on its mesh; the error of the mesh itself is a part of its own in every answer.",
     );
     if let Some(found) = &material.summary.adaptation {
         rounds(section, found);

@@ -12,7 +12,7 @@ use super::figures::{self, TableComparison};
 use super::fitting::{model_text, unit_of_errors};
 use super::gallery::{Gallery, file_name};
 use super::measured::{self, CheckedState};
-use super::summary::{PointSummary, PrintedFormula, SURROGATE, Summary};
+use super::summary::{MachineKnown, PointSummary, PrintedFormula, SURROGATE, Summary};
 use super::{default_figures, report};
 use coldplate_base::error::Result;
 use coldplate_base::progress::Progress;
@@ -79,6 +79,7 @@ pub fn run<'a>(sweep: &Sweep, folder: &Path, options: SweepOptions<'a>, progress
         answered: swept.answered.clone(),
         adaptation,
         failures: swept.failures.clone(),
+        known: MachineKnown::of(&checked),
         points,
         formulas,
         notes: swept.notes.iter().chain(fitted.iter().flat_map(|f| &f.fit.notes)).cloned().collect(),
@@ -163,6 +164,7 @@ fn point_summaries(fit: &SurrogateFit, comparison: &TableComparison) -> Vec<Poin
         leave_one_out: report.chosen.leave_one_out.rms,
         k_fold: report.chosen.k_fold.map(|k| k.rms),
         half_width: report.half_width,
+        mesh: fit.surrogate.mesh.get(i).copied(),
         held_out: comparison.held_out_errors(i, report.half_width),
     };
     fit.points.iter().enumerate().map(summary).collect()

@@ -2,7 +2,11 @@
 
 use std::path::PathBuf;
 
+use serde::Serialize;
+
 use super::adaptive::Adaptation;
+use super::measured::{CheckedReading, CheckedState};
+use coldplate_base::numbers::significant;
 use coldplate_explore::sweep::{FailedCondition, ReducedRows};
 
 /// Name of the surrogate in the output folder.
@@ -23,6 +27,8 @@ pub struct Summary {
     pub answered: Option<ReducedRows>,
     /// How the sweep came to the accuracy that the sweep file states, if it states one.
     pub adaptation: Option<Adaptation>,
+    /// How well the machine is known: its measured readings beside their predictions, if there are any.
+    pub known: Option<MachineKnown>,
     /// One per measurement point of the surrogate; empty for sweeps of one factor at a time.
     pub points: Vec<PointSummary>,
     /// Formulas of the one-factor sweeps.
@@ -33,6 +39,37 @@ pub struct Summary {
     pub files: Vec<PathBuf>,
     /// Seconds: sweep, fit, figures and report.
     pub seconds: [f64; 3],
+}
+
+/// Measured readings beside their predictions.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct MachineKnown {
+    /// Readings that lie inside the band of their prediction, with their own uncertainty.
+    pub inside: usize,
+    /// All readings.
+    pub readings: usize,
+    /// State and sensor of the reading that lies farthest off.
+    pub worst: String,
+    /// Distance of this reading from its prediction, K.
+    #[serde(rename = "worst_K")]
+    pub distance: f64,
+}
+
+impl MachineKnown {
+    /// Counts the readings of some states; `None` without a reading.
+    pub(crate) fn of(checked: &[CheckedState]) -> Option<Self> {
+        let all = || checked.iter().flat_map(|state| state.rows.iter().map(move |row| (state, row)));
+        let off = |row: &CheckedReading| (row.predicted - row.measured).abs();
+        let (state, row) = all().max_by(|a, b| off(a.1).total_cmp(&off(b.1)))?;
+        let inside = all().filter(|(_, row)| row.is_inside()).count();
+        Some(Self { inside, readings: all().count(), worst: format!("{}, {}", row.name, state.name), distance: off(row) })
+    }
+
+    /// The count in a sentence.
+    pub fn sentence(&self) -> String {
+        let Self { inside, readings, worst, distance } = self;
+        format!("{inside} of {readings} measured readings lie inside the band of their prediction; the worst is {} K off ({worst})", significant(*distance, 2))
+    }
 }
 
 /// How well one measurement point is predicted.
@@ -50,6 +87,8 @@ pub struct PointSummary {
     pub k_fold: Option<f64>,
     /// Half width of the band.
     pub half_width: f64,
+    /// Half width of the error of the mesh, if it is known.
+    pub mesh: Option<f64>,
     /// On held-out conditions: largest error, root mean square error, share inside the band.
     pub held_out: Option<(f64, f64, f64)>,
 }

@@ -3,7 +3,6 @@
 use crate::acceptability::{Chance, LimitChance};
 use crate::belief::{Belief, Known};
 use crate::direction::{Band, compared};
-use crate::math::sqrt;
 use crate::normal::probability_below;
 use crate::shape::ShapeError;
 use crate::surrogate::Surrogate;
@@ -24,8 +23,7 @@ impl Surrogate<'_> {
             }
             None => {
                 let (first, second) = compared(kind, values);
-                let fit = sqrt(self.fit_variance(first) + second.map_or(0.0, |second| self.fit_variance(second)));
-                Band { fit, total: fit, ..Band::default() }
+                self.solved_band([Some(first), second].into_iter().flatten())
             }
         };
         Some(LimitChance { value, band, maximum, probability: kept(maximum - value, band.total) })

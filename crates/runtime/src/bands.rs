@@ -2,7 +2,6 @@
 
 use crate::belief::{Belief, Known};
 use crate::direction::Band;
-use crate::normal::NINETY_FIVE;
 use crate::shape::ShapeError;
 use crate::surrogate::Surrogate;
 
@@ -58,8 +57,7 @@ impl Surrogate<'_> {
         }
         let Some(uncertainty) = self.uncertainty else {
             for (point, band) in bands.iter_mut().enumerate() {
-                let fit = self.half_width(point) / NINETY_FIVE;
-                *band = Band { fit, total: fit, ..Band::default() };
+                *band = self.solved_band(core::iter::once(point));
             }
             return Ok(());
         };

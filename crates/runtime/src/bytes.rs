@@ -2,7 +2,7 @@
 //! sure that no bytes are missing.
 
 /// A run of f64 in the file, read where it lies.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct Numbers<'a>(pub(crate) &'a [[u8; 8]]);
 
 impl<'a> Numbers<'a> {

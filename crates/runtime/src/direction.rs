@@ -19,6 +19,8 @@ const REMEMBERED: usize = 24;
 pub struct Band {
     /// Standard deviation from the fit of the surrogate to the solver's results.
     pub fit: f64,
+    /// Standard deviation from the mesh that the solver's results were found on; zero if the file does not state it.
+    pub mesh: f64,
     /// Standard deviation from the parameters.
     pub parameters: f64,
     /// Standard deviation from the model error.
@@ -80,9 +82,16 @@ impl Surrogate<'_> {
         Here { surrogate: self, uncertainty, monomials, growth: away * away, slopes, remembered: 0 }
     }
 
-    pub(crate) fn fit_variance(&self, point: usize) -> f64 {
-        let fit = self.half_width(point) / NINETY_FIVE;
-        fit * fit
+    /// Variances of a point from its fit, and from the mesh.
+    pub(crate) fn solved_variances(&self, point: usize) -> [f64; 2] {
+        let [whole, mesh] = [self.half_width(point), self.mesh.at(point)].map(|half| half / NINETY_FIVE);
+        [whole * whole - mesh * mesh, mesh * mesh]
+    }
+
+    /// The band of a quantity that depends on some points, of a file that does not state the uncertainty of its answers.
+    pub(crate) fn solved_band(&self, points: impl Iterator<Item = usize>) -> Band {
+        let [fit, mesh] = points.map(|point| self.solved_variances(point)).fold([0.0; 2], |[a, b], [c, d]| [a + c, b + d]);
+        Band { fit: root(fit), mesh: root(mesh), total: root(fit + mesh), ..Band::default() }
     }
 }
 
@@ -126,7 +135,7 @@ impl Here<'_> {
         let mut direction = Direction {
             parameters,
             slopes: [0.0; MAX_PARAMETERS],
-            ends: [End { state: states, sign: 0.0, own: 0.0, fit: 0.0 }; 2],
+            ends: [End { state: states, sign: 0.0, own: 0.0, solved: [0.0; 2] }; 2],
             common: 0.0,
             common_state: states,
             growth: self.growth,
@@ -136,7 +145,7 @@ impl Here<'_> {
             for (end, (point, sign)) in direction.ends.iter_mut().zip([Some((first, 1.0)), second.map(|p| (p, -1.0))].into_iter().flatten())
             {
                 let (own, common) = self.uncertainty.missed(point);
-                *end = End { state: parameters + point, sign, own, fit: self.surrogate.fit_variance(point) };
+                *end = End { state: parameters + point, sign, own, solved: self.surrogate.solved_variances(point) };
                 direction.common += sign * common;
                 match self.slopes[..self.remembered].get(point) {
                     Some(own) => direction.slopes.iter_mut().zip(own).take(parameters).for_each(|(slope, own)| *slope += sign * own),
@@ -191,8 +200,8 @@ struct End {
     sign: f64,
     /// Standard deviation of the point's own model error.
     own: f64,
-    /// Variance of the point's fit.
-    fit: f64,
+    /// Variances of the point from its fit, and from the mesh.
+    solved: [f64; 2],
 }
 
 /// Dependence of a quantity on the states, and its variance beside them.
@@ -223,10 +232,10 @@ impl Direction {
         owns.chain([(self.common_state, self.common)]).filter(|(_, weight)| *weight != 0.0)
     }
 
-    /// Variances of the fit, and of the additional model error away from the measured conditions.
-    pub(crate) fn beside(&self) -> (f64, f64) {
+    /// Variances of the fit, of the mesh, and of the additional model error away from the measured conditions.
+    pub(crate) fn beside(&self) -> [f64; 3] {
         let of = |value: fn(&End) -> f64| self.ends.iter().filter(|end| end.sign != 0.0).map(value).sum::<f64>();
-        (of(|end| end.fit), self.growth * (of(|end| end.own * end.own) + self.common * self.common))
+        [of(|end| end.solved[0]), of(|end| end.solved[1]), self.growth * (of(|end| end.own * end.own) + self.common * self.common)]
     }
 
     /// Contribution of the mean of the states to the quantity.
@@ -261,8 +270,9 @@ impl Direction {
             misses = square(&|i| i >= self.parameters);
             states = square(&|_| true);
         }
-        let (fit, growth) = self.beside();
-        Band { fit: root(fit), parameters: root(parameters), misses: root(misses + growth), total: root(states + fit + growth) }
+        let [fit, mesh, growth] = self.beside();
+        let total = root(states + fit + mesh + growth);
+        Band { fit: root(fit), mesh: root(mesh), parameters: root(parameters), misses: root(misses + growth), total }
     }
 
     /// Covariance with another quantity at the same condition.
@@ -277,7 +287,7 @@ impl Direction {
         let mut beside = self.growth * self.common * other.common;
         for end in &self.ends {
             for its in other.ends.iter().filter(|its| its.state == end.state) {
-                beside += end.sign * its.sign * (end.fit + self.growth * end.own * end.own);
+                beside += end.sign * its.sign * (end.solved[0] + end.solved[1] + self.growth * end.own * end.own);
             }
         }
         by_states + beside

@@ -55,6 +55,8 @@ pub const HELD: [u8; 4] = *b"HELD";
 pub const UNCERTAIN: [u8; 4] = *b"UNCT";
 /// Tag of the section on the dependence of answers on held variables; readers that do not need it skip it.
 pub const FOLLOWED: [u8; 4] = *b"held";
+/// Tag of the section on the error that the mesh leaves in each point; readers that need the band alone skip it.
+pub const MESH: [u8; 4] = *b"mesh";
 /// Tag of the section on the machine over time.
 pub const IN_TIME: [u8; 4] = *b"time";
 /// Bytes before the numbers of the section on the machine over time.

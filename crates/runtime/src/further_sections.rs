@@ -18,6 +18,7 @@ pub(crate) struct Further<'a> {
     pub(crate) uncertainty: Option<Uncertainty<'a>>,
     /// Bytes of the section on the dependence of answers on held variables, not decoded.
     pub(crate) followed: &'a [u8],
+    pub(crate) mesh: Numbers<'a>,
     pub(crate) in_time: Option<InTime<'a>>,
 }
 
@@ -43,6 +44,7 @@ impl<'a> Further<'a> {
                 HELD => (further.held, further.held_text) = held(content)?,
                 UNCERTAIN => further.uncertainty = Some(uncertain(content, variables, points)?),
                 FOLLOWED => further.followed = content,
+                MESH => further.mesh = mesh(content, points)?,
                 IN_TIME => further.in_time = Some(in_time(content, variables, points)?),
                 _ if tag[0].is_ascii_uppercase() => return Err(OpenError::Section(tag)),
                 _ => {}
@@ -51,6 +53,13 @@ impl<'a> Further<'a> {
         ensure(rest.is_empty(), OpenError::Length)?;
         Ok(further)
     }
+}
+
+/// Error of the mesh, a half width per point.
+fn mesh(mut content: &[u8], points: usize) -> Result<Numbers<'_>, OpenError> {
+    let widths = Numbers(records(&mut content, points)?);
+    ensure(content.is_empty(), OpenError::Length)?;
+    Ok(widths)
 }
 
 /// The records of the held variables, and their text.
@@ -193,6 +202,12 @@ impl<'a> Surrogate<'a> {
             }
         }
         Ok(self)
+    }
+
+    /// Checks that the error of the mesh is a part of each point's half width.
+    pub(crate) fn check_mesh(&self) -> Checked {
+        let is_part = |(mesh, whole): (f64, f64)| (0.0..=whole).contains(&mesh);
+        ensure(self.mesh.iter().zip(self.half_widths().iter()).all(is_part), OpenError::Number("error of the mesh"))
     }
 
     pub(crate) fn check_held(&self) -> Checked {

@@ -68,8 +68,8 @@ impl Surrogate<'_> {
                 *w = direction.towards(&Known::Memory(belief), i);
             }
             let own = direction.variance_of(|i| work.get(i).copied().unwrap_or(0.0));
-            let (fit, growth) = direction.beside();
-            let variance = own + fit + growth + reading.deviation * reading.deviation;
+            let beside: f64 = direction.beside().iter().sum();
+            let variance = own + beside + reading.deviation * reading.deviation;
             let gap = reading.value - expected;
             surprise.chi_square += gap * gap / variance;
             belief.condition(work, variance, gap);

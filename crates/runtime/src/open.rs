@@ -28,6 +28,7 @@ impl<'a> Surrogate<'a> {
             && cursor.text == text.len();
         ensure(all_used, OpenError::Length)?;
         surrogate.check_held()?;
+        surrogate.check_mesh()?;
         let surrogate = surrogate.check_uncertainty()?;
         let surrogate = surrogate.check_in_time()?;
         surrogate.check_self_tests()?;
@@ -271,6 +272,7 @@ fn sections(bytes: &[u8]) -> Result<Surrogate<'_>, OpenError> {
         held_text: further.held_text,
         uncertainty: further.uncertainty,
         followed: further.followed,
+        mesh: further.mesh,
         in_time: further.in_time,
         scaling,
     })

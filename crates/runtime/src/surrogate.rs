@@ -4,6 +4,7 @@ use crate::bytes::{Numbers, part, u16_at, u32_at};
 use crate::format::{MAX_VARIABLES, MEDIUM_RECORD, POLYNOMIAL_RECORD, SMALL_RECORD};
 use crate::in_time::InTime;
 use crate::limit::LimitKind;
+use crate::normal::NINETY_FIVE;
 use crate::model::{Basis, Indices, Kernel, Polynomial, Scaling, Transform};
 use crate::uncertain::Uncertainty;
 
@@ -29,6 +30,8 @@ pub struct Surrogate<'a> {
     pub(crate) held_text: &'a str,
     pub(crate) uncertainty: Option<Uncertainty<'a>>,
     pub(crate) followed: &'a [u8],
+    /// Part of each point's half width that is the error of the mesh; empty if it is not known.
+    pub(crate) mesh: Numbers<'a>,
     pub(crate) in_time: Option<InTime<'a>>,
     /// Scaling per transform and variable; `None` if no model uses it.
     pub(crate) scaling: [[Option<Scaling>; MAX_VARIABLES]; 3],
@@ -122,6 +125,18 @@ impl<'a> Surrogate<'a> {
     pub fn point(&self, index: usize) -> Option<Point<'a>> {
         let (name, unit) = self.two_texts(self.points.get(index)?);
         Some(Point { name, unit, half_width: self.half_width(index) })
+    }
+
+    /// Half width of the part of point `index`'s band that is the error of the mesh, in its unit; `None` if it is not known.
+    #[must_use]
+    pub fn mesh_half_width(&self, index: usize) -> Option<f64> {
+        self.mesh.get(index)
+    }
+
+    /// Half width of the part of point `index`'s band that is the fit alone, in its unit.
+    #[must_use]
+    pub fn fit_half_width(&self, index: usize) -> f64 {
+        NINETY_FIVE * self.solved_band(core::iter::once(index)).fit
     }
 
     /// Limit `index`.

@@ -75,11 +75,14 @@ fn temperatures_in_parts(points: &[Temperature]) -> String {
     let row = |p: &Temperature| {
         let digits = decimals_of((p.high - p.low) / 2.0);
         let shown = |value: f64| format!("{value:.digits$}");
-        let parts = p.parts.map_or([f64::NAN; 3], |own| [own.fit, own.parameters, own.misses]);
-        let [fit, parameters, misses] = parts.map(|half| significant(half, 2));
-        vec![p.name.clone(), shown(p.value), shown(p.low), shown(p.high), p.unit.clone(), fit, parameters, misses]
+        let parts = p.parts.map_or([None; 4], |own| [Some(own.fit), own.mesh, Some(own.parameters), Some(own.misses)]);
+        let parts = parts.into_iter().flatten().map(|half| significant(half, 2));
+        [p.name.clone(), shown(p.value), shown(p.low), shown(p.high), p.unit.clone()].into_iter().chain(parts).collect()
     };
-    table(&["point", "value", "low", "high", "unit", "+- fit", "+- parameters", "+- misses"], &points.iter().map(row).collect::<Vec<_>>())
+    let mesh = points.iter().any(|p| p.parts.is_some_and(|own| own.mesh.is_some())).then_some("+- mesh");
+    let parts = [Some("+- fit"), mesh, Some("+- parameters"), Some("+- misses")];
+    let heading: Vec<&str> = ["point", "value", "low", "high", "unit"].into_iter().chain(parts.into_iter().flatten()).collect();
+    table(&heading, &points.iter().map(row).collect::<Vec<Vec<String>>>())
 }
 
 /// A probability in per cent, never rounded to certainty.

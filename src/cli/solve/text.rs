@@ -11,7 +11,12 @@ use coldplate_solve::meshed::{MeshErrors, MeshedMachine, SteadyState};
 /// The solution for a terminal; `seconds` is the time taken.
 pub(super) fn text(model: &MeshedMachine, state: &SteadyState, mesh: Option<&MeshErrors>, seconds: f64) -> String {
     let mut text = format!("{}\n\n{}", model.machine.name, readings(model, state, mesh));
-    for stage in [heat_flows, limits, channels, contacts, boundaries, enclosures, balance] {
+    text += &heat_flows(model, state, mesh);
+    for stage in [limits, channels] {
+        text += &stage(model, state);
+    }
+    text += &contacts(model, state, mesh);
+    for stage in [boundaries, enclosures, balance] {
         text += &stage(model, state);
     }
     if let Some(chosen) = &model.chosen {
@@ -47,9 +52,18 @@ fn readings(model: &MeshedMachine, state: &SteadyState, mesh: Option<&MeshErrors
     blocks.join("\n")
 }
 
-fn heat_flows(model: &MeshedMachine, state: &SteadyState) -> String {
-    let row = |(meter, heat): (&HeatMeter, f64)| vec![meter.name.clone(), format!("{heat:+.3}")];
-    block(&["heat flow", "W"], &model.network.meters.iter().zip(model.heat_flows(state)).map(row).collect::<Vec<_>>())
+fn heat_flows(model: &MeshedMachine, state: &SteadyState, mesh: Option<&MeshErrors>) -> String {
+    let row = |(k, (meter, heat)): (usize, (&HeatMeter, f64))| -> Vec<String> {
+        [meter.name.clone(), format!("{heat:+.3}")].into_iter().chain(mesh.map(|mesh| open_heat(mesh, k))).collect()
+    };
+    let rows: Vec<Vec<String>> = model.network.meters.iter().zip(model.heat_flows(state)).enumerate().map(row).collect();
+    let header: Vec<&str> = ["heat flow", "W"].into_iter().chain(mesh.map(|_| "mesh W")).collect();
+    block(&header, &rows)
+}
+
+/// Error of the mesh in heat `k` of the estimates, W.
+fn open_heat(mesh: &MeshErrors, k: usize) -> String {
+    mesh.heats.get(k).map_or_else(String::new, |error| significant(*error, 2))
 }
 
 fn limits(model: &MeshedMachine, state: &SteadyState) -> String {
@@ -87,13 +101,16 @@ fn channels(model: &MeshedMachine, state: &SteadyState) -> String {
     block(&["channel", "outlet degC", "L/min", "Re", "h W/(m2 K)", "drop Pa", ""], &rows)
 }
 
-fn contacts(model: &MeshedMachine, state: &SteadyState) -> String {
-    let row = |c: ContactFlow| {
+fn contacts(model: &MeshedMachine, state: &SteadyState, mesh: Option<&MeshErrors>) -> String {
+    let meters = model.network.meters.len();
+    let row = |(k, c): (usize, ContactFlow)| -> Vec<String> {
         let conductance = if c.conductance.is_finite() { significant(c.conductance, 4) } else { "bonded".into() };
-        vec![c.name, significant(c.area, 4), conductance, format!("{:.3}", c.heat), format!("{:.3}", c.drop)]
+        let own = [c.name, significant(c.area, 4), conductance, format!("{:.3}", c.drop), format!("{:.3}", c.heat)];
+        own.into_iter().chain(mesh.map(|mesh| open_heat(mesh, meters + k))).collect()
     };
     let flows = contact_flows(&model.network, &state.load.contacts, &state.solution.temperatures);
-    block(&["contact", "area m2", "hA W/K", "heat W", "drop K"], &flows.into_iter().map(row).collect::<Vec<_>>())
+    let header = ["contact", "area m2", "hA W/K", "drop K", "heat W"].into_iter().chain(mesh.map(|_| "mesh W"));
+    block(&header.collect::<Vec<&str>>(), &flows.into_iter().enumerate().map(row).collect::<Vec<_>>())
 }
 
 fn boundaries(model: &MeshedMachine, state: &SteadyState) -> String {

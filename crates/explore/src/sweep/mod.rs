@@ -15,6 +15,7 @@ pub mod design;
 pub mod journal;
 mod lhs;
 pub mod merge;
+mod mesh_errors;
 mod own_solver;
 mod plan;
 pub mod record;
@@ -28,6 +29,7 @@ pub mod uncertain;
 
 pub use adaptive::{ADDED, DesignGrowth};
 pub use definition::{FitKeys, Openness, SweepDefinition};
+pub use mesh_errors::MESH_ERRORS;
 pub use plan::{ConditionGroup, Plan, Purpose};
 pub use reduced_answers::{BOUNDS, ReducedRows};
 pub use runner::{SweepOptions, run};
@@ -120,6 +122,18 @@ pub(crate) type Grow<'g> = dyn FnMut(&SweepRound<'_>) -> Result<Option<Vec<Vec<f
 /// Function that completes some rows of a plan in a journal.
 type Find<'f> = dyn Fn(&Plan, Range<usize>, &mut Journal) -> Result<()> + 'f;
 
+/// Function that remarks on the outcomes of the conditions of a plan.
+type Remark<'r> = dyn Fn(&Plan, &[ConditionOutcome]) -> Remarks + 'r;
+
+/// Remarks on the outcomes of a sweep.
+#[derive(Default)]
+struct Remarks {
+    /// Pairs of the provenance of the table to be fitted.
+    provenance: Vec<(String, String)>,
+    /// Doubts, one sentence each.
+    notes: Vec<String>,
+}
+
 /// The result of a sweep.
 #[derive(Debug, Clone)]
 pub struct Swept {
@@ -183,14 +197,34 @@ pub fn execute_growing(
     solve: impl Fn(&Plan, usize) -> Result<Vec<f64>> + Sync,
     grow: &mut Grow<'_>,
 ) -> Result<Swept> {
+    execute_remarked(plan, subject, folder, options, solve, grow, &|_, _| Remarks::default())
+}
+
+/// [`execute_growing`] with remarks on the outcomes.
+fn execute_remarked(
+    plan: &Plan,
+    subject: &SweepSubject,
+    folder: &Path,
+    options: SweepOptions<'_>,
+    solve: impl Fn(&Plan, usize) -> Result<Vec<f64>> + Sync,
+    grow: &mut Grow<'_>,
+    remark: &Remark<'_>,
+) -> Result<Swept> {
     let width = width(plan, subject);
     let find =
         |plan: &Plan, rows: Range<usize>, journal: &mut Journal| run(rows, width, journal, options, |row| solve(plan, row)).map(drop);
-    execute_by(plan, subject, folder, &find, grow)
+    execute_by(plan, subject, folder, &find, grow, remark)
 }
 
-/// [`execute_growing`] with `find` in the place of a solver of single conditions.
-fn execute_by(plan: &Plan, subject: &SweepSubject, folder: &Path, find: &Find<'_>, grow: &mut Grow<'_>) -> Result<Swept> {
+/// [`execute_remarked`] with `find` in the place of a solver of single conditions.
+fn execute_by(
+    plan: &Plan,
+    subject: &SweepSubject,
+    folder: &Path,
+    find: &Find<'_>,
+    grow: &mut Grow<'_>,
+    remark: &Remark<'_>,
+) -> Result<Swept> {
     std::fs::create_dir_all(folder).map_err(|e| Error::file("make", folder, e).at_key("--out"))?;
     let mut journal = Journal::open(&folder.join(JOURNAL), &header(plan, subject))?;
     let resumed = journal.outcomes().iter().flatten().count();
@@ -209,6 +243,7 @@ fn execute_by(plan: &Plan, subject: &SweepSubject, folder: &Path, find: &Find<'_
     }
     let of = |purpose: Purpose| plan.groups.iter().any(|g| g.purpose == purpose).then(|| results(&plan, subject, &outcomes, purpose));
     let (bounds, answered) = reduced_answers::told(&plan, subject, &outcomes).unzip();
+    let Remarks { provenance, notes } = remark(&plan, &outcomes);
     let mut swept = Swept {
         table: results(&plan, subject, &outcomes, Purpose::Fit),
         validation: of(Purpose::Validation),
@@ -219,10 +254,11 @@ fn execute_by(plan: &Plan, subject: &SweepSubject, folder: &Path, find: &Find<'_
         failures,
         resumed,
         damaged_lines: journal.damaged_lines().to_vec(),
-        notes: Vec::new(),
+        notes,
         files,
         plan,
     };
+    swept.table.provenance.extend(provenance);
     swept.write_tables(folder)?;
     Ok(swept)
 }

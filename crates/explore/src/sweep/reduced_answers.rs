@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::journal::{ConditionOutcome, Journal};
+use super::mesh_errors::remarks;
 use super::own_solver::Own;
 use super::runner::{Pieces, run_rows};
 use super::{Plan, Purpose, SweepOptions, SweepSubject, Swept, execute_by, provenance, tabulated, width};
@@ -63,8 +64,9 @@ pub(super) fn execute(
 ) -> Result<Swept> {
     let width = width(plan, subject);
     let find = |plan: &Plan, _, journal: &mut Journal| fill(own, plan, width, journal, options, accuracy);
-    let mut swept = execute_by(plan, subject, folder, &find, &mut |_| Ok(None))?;
-    swept.notes = own.notes();
+    let remark = |plan: &Plan, outcomes: &[ConditionOutcome]| remarks(&own.study.model, subject, plan, outcomes);
+    let mut swept = execute_by(plan, subject, folder, &find, &mut |_| Ok(None), &remark)?;
+    swept.notes.extend(own.notes());
     Ok(swept)
 }
 

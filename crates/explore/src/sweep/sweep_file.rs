@@ -3,10 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use super::merge::{self, Merged};
+use super::journal::ConditionOutcome;
+use super::mesh_errors::remarks;
 use super::own_solver::Own;
 use super::shards::{self, Shard, ShardRecord};
 use super::{
-    Grow, Open, Plan, SolvedBy, SweepDefinition, SweepOptions, SweepSubject, Swept, execute, execute_growing, own_solver, reduced_answers,
+    Grow, Open, Plan, Remarks, SolvedBy, SweepDefinition, SweepOptions, SweepSubject, Swept, execute_remarked, own_solver, reduced_answers,
 };
 use crate::external::{Program, TemplateValues};
 use coldplate_base::error::{Error, Result};
@@ -145,9 +147,24 @@ impl Sweep {
             return reduced_answers::execute(&Own::new(&own.0, &own.1, &self.plan)?, &self.plan, &subject, folder, options, accuracy);
         }
         let (mut swept, notes) =
-            self.solving(folder, options, |solve, options| execute_growing(&self.plan, &subject, folder, options, solve, grow))?;
-        swept.notes = notes;
+            self.solving(folder, options, |solve, options| self.execute(&subject, folder, options, solve, grow))?;
+        swept.notes.extend(notes);
         Ok(swept)
+    }
+
+    /// Runs the plan with `solve` at single conditions, and remarks on the error of the mesh.
+    fn execute(
+        &self,
+        subject: &SweepSubject,
+        folder: &Path,
+        options: SweepOptions<'_>,
+        solve: impl Fn(&Plan, usize) -> Result<Vec<f64>> + Sync,
+        grow: &mut Grow<'_>,
+    ) -> Result<Swept> {
+        let remark = |plan: &Plan, outcomes: &[ConditionOutcome]| {
+            self.study().map_or_else(Remarks::default, |study| remarks(&study.model, subject, plan, outcomes))
+        };
+        execute_remarked(&self.plan, subject, folder, options, solve, grow, &remark)
     }
 
     /// Runs the missing conditions of one part, into a journal of its own below `folder`.
@@ -178,9 +195,10 @@ impl Sweep {
     /// Writes the tables of a sweep whose journal in `folder` holds every condition; nothing is solved.
     ///
     /// # Errors
-    /// Errors of [`super::execute`].
+    /// Errors of [`Sweep::run`].
     pub fn tables(&self, folder: &Path) -> Result<Swept> {
-        execute(&self.plan, &self.subject(), folder, SweepOptions::default(), |_| Err(Error::numerics("the journal does not hold it")))
+        let missing = |_: &Plan, _| Err(Error::numerics("the journal does not hold it"));
+        self.execute(&self.subject(), folder, SweepOptions::default(), missing, &mut |_| Ok(None))
     }
 
     /// Sets the solver up and hands it to `work`, with the options that suit it. Returns the doubts about the conditions as

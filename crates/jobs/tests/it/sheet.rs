@@ -22,6 +22,7 @@ fn bytes() -> Vec<u8> {
     };
     let limit = |name: &str, kind: LimitKind<Vec<usize>>, maximum: f64| LimitSpec { name: name.into(), kind, maximum };
     let surrogate = SurrogateSpec {
+        mesh: Vec::new(),
         variables: vec![
             variable("coolant_flow", "L/min", 2.0, 10.0),
             variable("coolant_temperature", "degC", 16.0, 24.0),

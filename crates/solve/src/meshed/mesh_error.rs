@@ -9,6 +9,7 @@
 use serde::Serialize;
 
 use super::{MeshedMachine, SteadyState};
+use crate::balance::contact_flows;
 use coldplate_base::error::Result;
 use coldplate_describe::machine::Condition;
 use coldplate_describe::machine::{BlockShape, PartBlock};
@@ -22,17 +23,20 @@ const LEAST_RATIO: f64 = 1.2;
 /// Safety factor on the extrapolated error, dimensionless: Roache's, see above.
 const SAFETY: f64 = 1.25;
 /// Orders of convergence that are believed, dimensionless: up to the scheme's second order; the lower end is chosen.
-const ORDERS: std::ops::RangeInclusive<f64> = 0.5..=2.0;
+const ORDERS: std::ops::RangeInclusive<f64> = 0.05..=2.0;
 
-/// Errors of discretisation at one condition.
+/// Errors of discretisation at some conditions.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct MeshErrors {
-    /// Estimate for each sensor, K or um, in the machine's order.
+    /// Largest estimate for each sensor at any of the conditions, K or um, in the machine's order.
     #[serde(skip)]
     pub errors: Vec<f64>,
-    /// Observed order of convergence of each sensor; `None` where none between 1/2 and 2 shows.
+    /// Order of convergence of each sensor where its estimate is largest; `None` if no order that is believed shows.
     #[serde(skip)]
     pub orders: Vec<Option<f64>>,
+    /// Largest estimate for the heat through each heat-flow sensor, then through each contact, W; empty where they were not asked for.
+    #[serde(skip)]
+    pub heats: Vec<f64>,
     /// Cells of the coarser meshes that the estimates come from.
     pub cells: [usize; 2],
 }
@@ -44,9 +48,25 @@ impl MeshedMachine {
     /// # Errors
     /// A coarser mesh cannot be solved.
     pub fn mesh_errors(&self, condition: &Condition, state: &SteadyState) -> Result<Option<MeshErrors>> {
-        if self.mesh.grids.is_empty() || !self.mesh.tetra.is_empty() {
+        self.mesh_errors_over(&[(condition.clone(), self.estimated(state))])
+    }
+
+    /// Quantities of a state whose errors are estimated: readings of the sensors, then heats (W) of heat-flow sensors and contacts.
+    fn estimated(&self, state: &SteadyState) -> Vec<f64> {
+        let contacts = contact_flows(&self.network, &state.load.contacts, &state.solution.temperatures);
+        let heats = self.heat_flows(state).into_iter().chain(contacts.into_iter().map(|contact| contact.heat));
+        self.readings(state).into_iter().chain(heats).collect()
+    }
+
+    /// Estimates the error of the mesh in every reading as the largest at some conditions, each with its readings of this model
+    /// ([`MeshedMachine::readings`]); heats are not asked for. `None` as for [`MeshedMachine::mesh_errors`], and without a condition.
+    ///
+    /// # Errors
+    /// A coarser mesh cannot be solved.
+    pub fn mesh_errors_over(&self, solved: &[(Condition, Vec<f64>)]) -> Result<Option<MeshErrors>> {
+        let Some((reference, _)) = solved.first().filter(|_| !self.mesh.grids.is_empty() && self.mesh.tetra.is_empty()) else {
             return Ok(None);
-        }
+        };
         let meshes = [self.coarser(COARSER[0])?, self.coarser(COARSER[1])?];
         let ratio = |i: usize| (self.mesh.cells as f64 / meshes[i].cells as f64).cbrt().min(COARSER[i]);
         let ratios = [ratio(0), ratio(1)];
@@ -54,15 +74,23 @@ impl MeshedMachine {
             return Ok(None);
         }
         let cells = [meshes[0].cells, meshes[1].cells];
-        let readings = |model: &Self, state: &SteadyState| -> Vec<f64> { model.readings(state) };
-        let solved = |mesh: Mesh| -> Result<Vec<f64>> {
+        let readings = |mesh: Mesh| -> Result<Vec<Vec<f64>>> {
             let model = Self::on(self.machine.clone(), mesh)?;
-            Ok(readings(&model, &model.steady(condition)?))
+            let solver = model.solver(reference)?;
+            solved.iter().map(|(condition, _)| Ok(model.estimated(&model.solve(&solver, condition)?))).collect()
         };
         let [half, third] = meshes;
-        let (fine, half, third) = (readings(self, state), solved(half)?, solved(third)?);
-        let (errors, orders) = (0..fine.len()).map(|s| estimate([fine[s], half[s], third[s]], ratios)).unzip();
-        Ok(Some(MeshErrors { errors, orders, cells }))
+        let (half, third) = (readings(half)?, readings(third)?);
+        let largest = |q: usize| {
+            let at = |(k, (_, fine)): (usize, &(Condition, Vec<f64>))| estimate([fine[q], half[k][q], third[k][q]], ratios);
+            solved.iter().enumerate().map(at).max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or_default()
+        };
+        let all = solved.iter().map(|(_, fine)| fine).chain(&half).chain(&third);
+        let count = all.map(Vec::len).min().unwrap_or(0);
+        let (mut errors, mut orders): (Vec<f64>, Vec<Option<f64>>) = (0..count).map(largest).unzip();
+        orders.truncate(self.network.sensors.len());
+        let heats = errors.split_off(orders.len());
+        Ok(Some(MeshErrors { errors, orders, heats, cells }))
     }
 
     /// A mesh of the same machine with cells `ratio` times as long along each axis, as far as its blocks allow.

@@ -88,6 +88,12 @@ pub struct MeshRecord {
     /// Estimated error of each displacement, um.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub errors_um: BTreeMap<String, f64>,
+    /// Estimated error of each heat-flow sensor, W.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub heat_flows_W: BTreeMap<String, f64>,
+    /// Estimated error of the heat through each contact, W.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub contacts_W: BTreeMap<String, f64>,
     /// Observed order of convergence; `null` where readings do not approach a limit evenly.
     pub orders: BTreeMap<String, Option<f64>>,
     /// Cells of the two coarser meshes that were solved for the estimate.
@@ -108,6 +114,8 @@ impl MeshRecord {
         Self {
             errors_K: temperatures().map(|(name, e)| (name, *e)).collect(),
             errors_um: all(Measurand::Displacement).map(|(name, e)| (name, *e)).collect(),
+            heat_flows_W: model.network.meters.iter().map(|own| own.name.clone()).zip(mesh.heats.iter().copied()).collect(),
+            contacts_W: model.network.contacts.iter().map(|own| own.name.clone()).zip(mesh.heats.iter().skip(model.network.meters.len()).copied()).collect(),
             orders: names().zip(mesh.orders.iter().copied()).collect(),
             cells: mesh.cells,
             tolerance_K: tolerance,

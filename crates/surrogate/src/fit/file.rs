@@ -105,6 +105,7 @@ pub fn decode(bytes: &[u8]) -> Result<SurrogateSpec> {
         held: file.held().map(|h| HeldSpec { name: h.name.to_owned(), unit: h.unit.to_owned(), value: h.value }).collect(),
         bases,
         points: points.collect(),
+        mesh: (0..file.point_count()).map_while(|point| file.mesh_half_width(point)).collect(),
         limits: limits.collect(),
         uncertainty: file.uncertainty().map(|own| UncertaintySpec::of(&own)),
         followed: section_of_followed::read(file.followed(), counts)?,
@@ -381,6 +382,9 @@ fn sections(surrogate: &SurrogateSpec, tests: &[Vec<f64>], steps: &[Vec<f64>], b
     }
     if let Some(followed) = &surrogate.followed {
         add(format::FOLLOWED, section_of_followed::content(followed, surrogate)?)?;
+    }
+    if !surrogate.mesh.is_empty() {
+        add(format::MESH, surrogate.mesh.iter().flat_map(|half| half.to_le_bytes()).collect())?;
     }
     if let Some(in_time) = &surrogate.in_time {
         add(format::IN_TIME, section_of_time::content(in_time, surrogate, steps)?)?;

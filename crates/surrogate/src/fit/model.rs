@@ -75,7 +75,8 @@ pub struct PointSpec {
     pub unit: String,
     /// The function fitted to it.
     pub model: PointModel,
-    /// Half width of the band that covers 95 % of new conditions inside the range.
+    /// Half width of the band that covers 95 % of new conditions inside the range: of the fit, and of the mesh if its error
+    /// is known.
     pub half_width: f64,
 }
 
@@ -248,6 +249,8 @@ pub struct SurrogateSpec {
     pub bases: Vec<RbfBasis>,
     /// Measurement points.
     pub points: Vec<PointSpec>,
+    /// Part of each point's half width that is the error of the mesh, in the point's unit; empty if it is not known.
+    pub mesh: Vec<f64>,
     /// Limits.
     pub limits: Vec<LimitSpec>,
     /// Uncertainty of the answers, if it is known.

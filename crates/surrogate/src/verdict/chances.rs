@@ -12,6 +12,9 @@ const INSTRUMENT: f64 = 0.1;
 /// measurement.
 const WORTH: f64 = 0.1;
 
+/// Name of the part of a variance that is the error of the mesh.
+pub(super) const MESH: &str = "the mesh";
+
 /// The probability with the contributions that decide it, at the condition `x` where the points have `values`.
 pub(super) fn explain(surrogate: &Surrogate<'_>, x: &[f64], values: &[f64], chance: Chance, confidence: f64) -> ChanceAnswer {
     let binding = chance.binding;
@@ -32,15 +35,17 @@ fn shares(surrogate: &Surrogate<'_>, limit: usize, x: &[f64], values: &[f64]) ->
     if surrogate.shares(limit, x, None, values, &mut of).is_err() {
         return Vec::new();
     }
-    let whole = own.band.fit.powi(2) + own.band.parameters.powi(2) + own.band.misses.powi(2);
+    let parts = [own.band.fit, own.band.mesh, own.band.parameters, own.band.misses];
+    let whole: f64 = parts.iter().map(|part| part.powi(2)).sum();
     let share = |variance: f64| if whole > 0.0 { variance / whole } else { 0.0 };
     let parameters = uncertainty.parameters().zip(&of).map(|(p, of)| VarianceShare {
         name: p.name.to_owned(),
         share: share(of * own.band.parameters.powi(2)),
         is_assumed: p.origin == Origin::Assumed,
     });
-    let others = [("fit", own.band.fit), ("what the model misses", own.band.misses)];
+    let others = [("fit", own.band.fit), (MESH, own.band.mesh), ("what the model misses", own.band.misses)];
     let others = others.map(|(name, deviation)| VarianceShare { name: name.into(), share: share(deviation.powi(2)), is_assumed: false });
+    let others = others.into_iter().filter(|own| own.name != MESH || surrogate.mesh_half_width(0).is_some());
     let mut all: Vec<VarianceShare> = parameters.chain(others).collect();
     all.sort_by(|a, b| b.share.total_cmp(&a.share));
     all

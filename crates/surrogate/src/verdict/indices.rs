@@ -28,6 +28,13 @@ const BANDS: usize = 1024;
 /// indices.
 const CORRELATED: f64 = 0.01;
 
+/// A part of a band, as a standard deviation.
+type PartOfBand = fn(&Band) -> f64;
+
+/// Errors of an answer beside the factors drawn; the last one stands in some files only.
+const ERRORS: [(&str, PartOfBand); 3] =
+    [("what the model misses", |band| band.misses), ("fit", |band| band.fit), (super::chances::MESH, |band| band.mesh)];
+
 /// Sobol indices of all points and limits.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct SobolIndices {
@@ -42,7 +49,7 @@ pub struct SobolIndices {
 /// A factor that moves the values.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Factor {
-    /// A variable, a parameter, several parameters that are correlated, `fit`, or `what the model misses`.
+    /// A variable, a parameter, several parameters that are correlated, `fit`, `the mesh`, or `what the model misses`.
     pub name: String,
     /// Whether the standard deviation is assumed, since the machine file does not state one.
     pub is_assumed: bool,
@@ -161,7 +168,8 @@ pub fn indices(surrogate: &Surrogate<'_>, x: &[Option<f64>]) -> Result<SobolIndi
         })
         .collect::<Result<Vec<_>>>()?;
     let beside = sampler.beside(&a)?;
-    let sample = Sample { chaos, left: left_a, left_again: left_b, crossed, beside, width };
+    let errors = &ERRORS[..if surrogate.mesh_half_width(0).is_some() { ERRORS.len() } else { ERRORS.len() - 1 }];
+    let sample = Sample { errors, chaos, left: left_a, left_again: left_b, crossed, beside, width };
     let names = surrogate.points().map(|p| (p.name, false)).chain(surrogate.limits().map(|l| (l.name, true)));
     let mut error = 0.0_f64;
     let quantities = names.enumerate().map(|(q, (name, is_limit))| {
@@ -170,7 +178,7 @@ pub fn indices(surrogate: &Surrogate<'_>, x: &[Option<f64>]) -> Result<SobolIndi
         QuantityIndices { name: name.to_owned(), is_limit, deviation, indices }
     });
     let quantities = quantities.collect();
-    factors.extend(["what the model misses", "fit"].map(|name| Factor { name: name.into(), is_assumed: false }));
+    factors.extend(errors.iter().map(|(name, _)| Factor { name: (*name).into(), is_assumed: false }));
     Ok(SobolIndices { factors, quantities, error })
 }
 
@@ -299,6 +307,8 @@ struct Crossed {
 }
 
 struct Sample {
+    /// The errors beside the factors drawn.
+    errors: &'static [(&'static str, PartOfBand)],
     chaos: Chaos,
     /// Residuals of the polynomials in the rows of the first hypercube.
     left: Vec<Vec<f64>>,
@@ -311,17 +321,18 @@ struct Sample {
 
 impl Sample {
     /// Standard deviation of a quantity, its indices, and their largest standard error. There is one index per factor drawn,
-    /// then one for the model error, then one for the fit.
+    /// then one for each of the errors beside them.
     fn shares(&self, q: usize) -> (f64, Vec<SobolIndex>, f64) {
         let rows = ROWS as f64;
         let left = self.left.iter().map(|row| row[q].powi(2)).sum::<f64>() / rows;
         let drawn = self.chaos.variances(q, &(0..self.width)).0 + left;
         // An error of deviation s(x) adds s(x) e: its first-order share is that of the mean of s, its total share that of the
         // mean of s².
-        let errors = [|band: &Band| band.misses, |band: &Band| band.fit].map(|of| {
+        let error_of = |(_, of): &(&str, PartOfBand)| {
             let mean = |of: &dyn Fn(&Band) -> f64| self.beside.iter().map(|bands| of(&bands[q])).sum::<f64>() / self.beside.len() as f64;
             (mean(&|band| of(band)).powi(2), mean(&|band| of(band).powi(2)))
-        });
+        };
+        let errors: Vec<(f64, f64)> = self.errors.iter().map(error_of).collect();
         let variance = drawn + errors.iter().map(|own| own.1).sum::<f64>();
         let share = |part: f64| if variance > 0.0 { part / variance } else { 0.0 };
         let mut error = 0.0_f64;
@@ -343,7 +354,7 @@ impl Sample {
             let total = share(any + not_fitted);
             indices.push(SobolIndex { first_order: share(alone + not_fitted_alone).clamp(0.0, total), total });
         }
-        indices.extend(errors.map(|(first, total)| SobolIndex { first_order: share(first), total: share(total) }));
+        indices.extend(errors.into_iter().map(|(first, total)| SobolIndex { first_order: share(first), total: share(total) }));
         (variance.sqrt(), indices, error)
     }
 }

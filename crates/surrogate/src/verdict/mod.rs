@@ -62,15 +62,20 @@ pub struct Temperature {
 pub struct BandParts {
     /// Half width by the fit to the solver's results.
     pub fit: f64,
+    /// Half width by the mesh of the solver, if its error is known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mesh: Option<f64>,
     /// Half width by the machine's parameters.
     pub parameters: f64,
     /// Half width by the model error.
     pub misses: f64,
 }
 
-impl From<Band> for BandParts {
-    fn from(band: Band) -> Self {
-        Self { fit: NINETY_FIVE * band.fit, parameters: NINETY_FIVE * band.parameters, misses: NINETY_FIVE * band.misses }
+impl BandParts {
+    /// Parts of a band of a surrogate; `mesh_is_known` says whether its file states the error of the mesh.
+    fn of(band: Band, mesh_is_known: bool) -> Self {
+        let [fit, mesh, parameters, misses] = [band.fit, band.mesh, band.parameters, band.misses].map(|own| NINETY_FIVE * own);
+        Self { fit, mesh: mesh_is_known.then_some(mesh), parameters, misses }
     }
 }
 
@@ -157,7 +162,7 @@ pub struct ChanceAnswer {
 /// A share of a variance.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct VarianceShare {
-    /// Key of a parameter, name of a factor, `fit`, or `what the model misses`.
+    /// Key of a parameter, name of a factor, `fit`, `the mesh`, or `what the model misses`.
     pub name: String,
     /// Share of the variance; shares of correlated parameters may be negative.
     pub share: f64,
@@ -223,7 +228,7 @@ pub fn query_at(surrogate: &Surrogate<'_>, x: &[f64], confidence: f64) -> Result
             value: *value,
             low: value - half,
             high: value + half,
-            parts: is_open.then(|| BandParts::from(*band)),
+            parts: is_open.then(|| BandParts::of(*band, surrogate.mesh_half_width(0).is_some())),
         }
     });
     let limits = surrogate.limits().enumerate().filter_map(|(i, limit)| {

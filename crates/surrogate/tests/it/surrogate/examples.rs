@@ -55,6 +55,7 @@ pub fn small() -> SurrogateSpec {
     let motor = polynomial(&transforms, &[&[0, 0, 0], &[1, 0, 0], &[0, 1, 0], &[0, 0, 1], &[1, 1, 0]], &[26.0, -2.5, 4.5, 0.5, 0.125]);
     let screw = polynomial(&transforms, &[&[0, 0, 0], &[1, 0, 0], &[0, 1, 0], &[0, 0, 2]], &[22.5, -0.75, 3.5, 0.25]);
     SurrogateSpec {
+        mesh: Vec::new(),
         variables: vec![
             variable("coolant_flow", "L/min", 2.0, 12.0),
             variable("coolant_temperature", "degC", 15.0, 25.0),
@@ -163,6 +164,7 @@ pub fn ten_polynomials() -> SurrogateSpec {
         point(&format!("point {p}"), PointModel::Polynomial(polynomial), 0.01)
     });
     SurrogateSpec {
+        mesh: Vec::new(),
         variables: four_variables(),
         held: vec![],
         bases: vec![],
@@ -224,6 +226,7 @@ pub fn ten_radial(kernel: Kernel, shared: bool) -> SurrogateSpec {
         point(&format!("point {p}"), PointModel::Rbf { basis: if shared { 0 } else { p }, weights, tail }, 0.01)
     });
     SurrogateSpec {
+        mesh: Vec::new(),
         variables: four_variables(),
         held: vec![],
         bases,
@@ -252,6 +255,7 @@ pub fn mixed() -> SurrogateSpec {
     let tail = |c: f64| polynomial(&[Identity; 3], &[&[0, 0, 0], &[0, 1, 0]], &[c, 1.5]);
     let mut weights = |n: usize| -> Vec<f64> { (0..n).map(|_| random.signed()).collect() };
     SurrogateSpec {
+        mesh: Vec::new(),
         variables: vec![
             variable("coolant_flow", "L/min", 2.0, 12.0),
             variable("feed", "mm/s", 0.0, 100.0),
