@@ -103,7 +103,9 @@ fn summary(section: &mut ReportSection, material: &ReportInput<'_>) {
     });
     if let Some(worst) = material.summary.worst_held_out() {
         let tone = if worst < TARGET { Tone::Plain } else { Tone::Bad };
-        keys.push(KeyFigure::new(format!("{worst:.4} K"), format!("by which the fit misses the solver at most (aim {TARGET} K)")).tone(tone));
+        keys.push(
+            KeyFigure::new(format!("{worst:.4} K"), format!("by which the fit misses the solver at most (aim {TARGET} K)")).tone(tone),
+        );
     }
     let open = material.checked.iter().map(|c| c.balance.2).fold(0.0, f64::max);
     if !material.checked.is_empty() {
@@ -132,7 +134,8 @@ fn known(summary: &Summary) -> [KeyFigure; 2] {
     let measured = match &summary.known {
         Some(known) => {
             let tone = if known.inside == known.readings { Tone::Good } else { Tone::Uncertain };
-            let off = format!("measured readings inside their band; the worst is {} K off ({})", significant(known.distance, 2), known.worst);
+            let off =
+                format!("measured readings inside their band; the worst is {} K off ({})", significant(known.distance, 2), known.worst);
             KeyFigure::new(format!("{} of {}", known.inside, known.readings), off).tone(tone)
         }
         None => KeyFigure::new("none", "measured readings: the numbers of the machine file stand unproved").tone(Tone::Uncertain),

@@ -68,7 +68,10 @@ impl MachineKnown {
     /// The count in a sentence.
     pub fn sentence(&self) -> String {
         let Self { inside, readings, worst, distance } = self;
-        format!("{inside} of {readings} measured readings lie inside the band of their prediction; the worst is {} K off ({worst})", significant(*distance, 2))
+        format!(
+            "{inside} of {readings} measured readings lie inside the band of their prediction; the worst is {} K off ({worst})",
+            significant(*distance, 2)
+        )
     }
 }
 

@@ -4,8 +4,8 @@ use crate::bytes::{Numbers, part, u16_at, u32_at};
 use crate::format::{MAX_VARIABLES, MEDIUM_RECORD, POLYNOMIAL_RECORD, SMALL_RECORD};
 use crate::in_time::InTime;
 use crate::limit::LimitKind;
-use crate::normal::NINETY_FIVE;
 use crate::model::{Basis, Indices, Kernel, Polynomial, Scaling, Transform};
+use crate::normal::NINETY_FIVE;
 use crate::uncertain::Uncertainty;
 
 /// An opened surrogate file. It borrows the bytes, and holds nothing but slices of them and the

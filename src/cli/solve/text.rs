@@ -105,11 +105,11 @@ fn contacts(model: &MeshedMachine, state: &SteadyState, mesh: Option<&MeshErrors
     let meters = model.network.meters.len();
     let row = |(k, c): (usize, ContactFlow)| -> Vec<String> {
         let conductance = if c.conductance.is_finite() { significant(c.conductance, 4) } else { "bonded".into() };
-        let own = [c.name, significant(c.area, 4), conductance, format!("{:.3}", c.drop), format!("{:.3}", c.heat)];
+        let own = [c.name, significant(c.area, 4), conductance, format!("{:.3}", c.heat), format!("{:.3}", c.drop)];
         own.into_iter().chain(mesh.map(|mesh| open_heat(mesh, meters + k))).collect()
     };
     let flows = contact_flows(&model.network, &state.load.contacts, &state.solution.temperatures);
-    let header = ["contact", "area m2", "hA W/K", "drop K", "heat W"].into_iter().chain(mesh.map(|_| "mesh W"));
+    let header = ["contact", "area m2", "hA W/K", "heat W", "drop K"].into_iter().chain(mesh.map(|_| "mesh W"));
     block(&header.collect::<Vec<&str>>(), &flows.into_iter().enumerate().map(row).collect::<Vec<_>>())
 }
 

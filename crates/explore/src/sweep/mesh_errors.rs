@@ -23,10 +23,9 @@ const AIM: f64 = 0.1;
 /// sensor would see it.
 pub(super) fn remarks(model: &MeshedMachine, subject: &SweepSubject, plan: &Plan, outcomes: &[ConditionOutcome]) -> Remarks {
     match MeshLeft::of(model, plan, outcomes) {
-        Ok(Some(left)) => Remarks {
-            provenance: vec![left.noted(&subject.outputs)],
-            notes: left.sentence(model, &subject.outputs).into_iter().collect(),
-        },
+        Ok(Some(left)) => {
+            Remarks { provenance: vec![left.noted(&subject.outputs)], notes: left.sentence(model, &subject.outputs).into_iter().collect() }
+        }
         Ok(None) => Remarks::default(),
         Err(error) => {
             let note = format!("the error of the mesh is not known, and no band holds it: a coarser mesh gives '{}'", error.what());

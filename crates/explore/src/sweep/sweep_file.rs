@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use super::merge::{self, Merged};
 use super::journal::ConditionOutcome;
+use super::merge::{self, Merged};
 use super::mesh_errors::remarks;
 use super::own_solver::Own;
 use super::shards::{self, Shard, ShardRecord};
@@ -146,8 +146,7 @@ impl Sweep {
         if let (Solving::Own(own), Some(accuracy)) = (&self.solver, self.plan.accuracy) {
             return reduced_answers::execute(&Own::new(&own.0, &own.1, &self.plan)?, &self.plan, &subject, folder, options, accuracy);
         }
-        let (mut swept, notes) =
-            self.solving(folder, options, |solve, options| self.execute(&subject, folder, options, solve, grow))?;
+        let (mut swept, notes) = self.solving(folder, options, |solve, options| self.execute(&subject, folder, options, solve, grow))?;
         swept.notes.extend(notes);
         Ok(swept)
     }

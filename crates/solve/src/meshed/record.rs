@@ -115,7 +115,13 @@ impl MeshRecord {
             errors_K: temperatures().map(|(name, e)| (name, *e)).collect(),
             errors_um: all(Measurand::Displacement).map(|(name, e)| (name, *e)).collect(),
             heat_flows_W: model.network.meters.iter().map(|own| own.name.clone()).zip(mesh.heats.iter().copied()).collect(),
-            contacts_W: model.network.contacts.iter().map(|own| own.name.clone()).zip(mesh.heats.iter().skip(model.network.meters.len()).copied()).collect(),
+            contacts_W: model
+                .network
+                .contacts
+                .iter()
+                .map(|own| own.name.clone())
+                .zip(mesh.heats.iter().skip(model.network.meters.len()).copied())
+                .collect(),
             orders: names().zip(mesh.orders.iter().copied()).collect(),
             cells: mesh.cells,
             tolerance_K: tolerance,
