@@ -72,7 +72,11 @@ pub(crate) fn fit_designs(
     }
     let table = rows_of(&swept.fitted, plan, |g| !is_one_factor(g));
     let mut fit = match fit {
-        Some(fit) => fit,
+        // Its bands were stated round by round, before the error of the mesh was known.
+        Some(mut fit) => {
+            fitting::add_mesh_errors(&mut fit.surrogate, &table)?;
+            fit
+        }
         None => fitting::fit_table(&table, Some(scope), &fit_options(keys))?,
     };
     let slopes = swept.slopes.as_ref().map(|slopes| rows_of(slopes, plan, |g| !is_one_factor(g)));

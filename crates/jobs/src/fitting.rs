@@ -111,8 +111,11 @@ fn widen(fit: &mut SurrogateFit, table: &Table) -> Result<()> {
     Ok(())
 }
 
-/// Adds the error of the mesh to the bands, in quadrature: it is independent of the fit.
-fn add_mesh_errors(surrogate: &mut SurrogateSpec, table: &Table) -> Result<()> {
+/// Adds the error of the mesh that a table states to the bands, in quadrature: it is independent of the fit.
+///
+/// # Errors
+/// The errors that the table states cannot be read.
+pub(crate) fn add_mesh_errors(surrogate: &mut SurrogateSpec, table: &Table) -> Result<()> {
     surrogate.mesh = stated_sizes(table, MESH_ERRORS, &surrogate.points)?.unwrap_or_default();
     for (point, error) in surrogate.points.iter_mut().zip(&surrogate.mesh) {
         point.half_width = point.half_width.hypot(*error);

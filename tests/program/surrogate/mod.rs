@@ -2,6 +2,7 @@
 //! family of this name in crates/surrogate writes and reads.
 
 mod held;
+mod mesh;
 mod query;
 mod stream;
 

@@ -5,8 +5,8 @@
 //! (Richardson), times a safety factor (Roache, J. Fluids Eng. 116 (1994) 405). Near the scheme's second order the factor is 1.25. A
 //! lower order comes from an edge at which the field is singular: two materials, a corner, the rim of a contact. There it falls further
 //! on finer meshes, and the factor is 3 (Oberkampf and Roy, Verification and Validation in Scientific Computing, 2010, section 8.7).
-//! Where no order shows, order 1 is assumed, and the larger of the two differences from the fine mesh counts. If some blocks could not
-//! be cut so coarsely, the ratio r of cell sizes follows from the numbers of cells.
+//! Where no order shows, order 1 is assumed, and the larger of the two differences from the fine mesh counts. The
+//! ratio r of cell sizes is the mean over all lines of more than one cell, since some blocks cannot be cut so coarsely.
 //!
 //! Bounds of the estimate: in a checkerboard of two materials the estimate covers the error up to a contrast of 1:1000
 //! (`estimates_cover_errors_of_singular_fields`), at the price of two to three times the error.
@@ -76,8 +76,7 @@ impl MeshedMachine {
             return Ok(None);
         };
         let meshes = [self.coarser(COARSER[0])?, self.coarser(COARSER[1])?];
-        let ratio = |i: usize| (self.mesh.cells as f64 / meshes[i].cells as f64).cbrt().min(COARSER[i]);
-        let ratios = [ratio(0), ratio(1)];
+        let ratios = [&meshes[0], &meshes[1]].map(|coarse| self.ratio_to(coarse));
         if ratios[0] < LEAST_RATIO {
             return Ok(None);
         }
@@ -99,6 +98,20 @@ impl MeshedMachine {
         orders.truncate(self.network.sensors.len());
         let heats = errors.split_off(orders.len());
         Ok(Some(MeshErrors { errors, orders, heats, cells }))
+    }
+
+    /// Mean ratio of the cell sizes of a coarser mesh to those of this one, along lines that have more than one cell.
+    fn ratio_to(&self, coarse: &Mesh) -> f64 {
+        let (mut sum, mut weight) = (0.0, 0.0);
+        for (fine, coarse) in self.mesh.divisions().iter().zip(coarse.divisions()) {
+            let lines = fine.iter().filter(|n| **n > 1).count();
+            let cells: f64 = fine.iter().map(|n| *n as f64).product();
+            let fewer: f64 = fine.iter().zip(coarse).map(|(fine, coarse)| *fine as f64 / coarse as f64).product();
+            if lines > 0 {
+                (sum, weight) = (sum + cells * fewer.ln() / lines as f64, weight + cells);
+            }
+        }
+        if weight > 0.0 { (sum / weight).exp() } else { 1.0 }
     }
 
     /// A mesh of the same machine with cells `ratio` times as long along each axis, as far as its blocks allow.
