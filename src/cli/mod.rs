@@ -13,6 +13,7 @@ mod hottest;
 mod identify;
 mod import;
 mod info;
+mod interrupt;
 mod man;
 mod materials;
 mod measured;
@@ -127,6 +128,10 @@ pub fn main() -> ExitCode {
     if let Some(n) = cli.threads {
         // Fails only if a pool exists already, which nothing before this line makes.
         let _ = rayon::ThreadPoolBuilder::new().num_threads(n.into()).build_global();
+    }
+    // A service answers the requests under way before it ends.
+    if !matches!(cli.command, Command::Serve(_)) {
+        interrupt::listen(out);
     }
     match whole(|| run(&cli.command, out)) {
         Ok(status) => ExitCode::from(status),

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use serde_json::json;
 
 use super::output::Output;
-use super::sweep::{Cluster, SweepArgs, parts, rounds, warn_of};
+use super::sweep::{Cluster, SweepArgs, keeps, parts, rounds, warn_of};
 use super::text::table;
 use coldplate_base::error::Result;
 use coldplate_base::numbers::significant;
@@ -33,6 +33,7 @@ pub struct Args {
 pub fn run(args: &Args, out: Output) -> Result<u8> {
     let sweep = args.asked.open(&args.sweep)?;
     let folder = args.asked.folder(&args.sweep);
+    keeps(&sweep, &folder);
     let more =
         sweep.plan.growth.as_ref().map_or_else(String::new, |growth| format!(", then more until {} K are reached,", growth.accuracy));
     out.note(&format!("{}: {} conditions{more} {}", sweep.plan.name, sweep.plan.conditions.len(), sweep.solver_in_words()));

@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::condition::{ConditionArgs, pair_of};
+use super::interrupt;
 use super::mesh_options::MeshArgs;
 use super::output::{self, Output};
 use coldplate_base::error::{Error, Result, did_you_mean};
@@ -129,6 +130,9 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     }
     if args.resume && options.checkpoint.as_ref().is_some_and(|path| !path.exists()) {
         out.note("note: there is no checkpoint yet; beginning at the beginning");
+    }
+    if let Some(checkpoint) = &options.checkpoint {
+        interrupt::keeps(format!("the last state is in {}; the same command with --resume goes on from there", checkpoint.display()));
     }
     let progress = out.progress();
     let model = MeshedMachine::for_conditions(machine, args.mesh.cells, |_| Ok(schedule.far_apart(CHOSEN_AT)), &progress)?;

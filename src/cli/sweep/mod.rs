@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use super::condition::pair_of;
+use super::interrupt;
 use super::output::Output;
 use coldplate_base::error::{Error, Result};
 use coldplate_explore::sweep::record::SweepRecord;
@@ -138,6 +139,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         out.note(&format!("warning: no surrogate can be fitted to this sweep: {}", error.what()));
     }
     let folder = args.asked.folder(file);
+    keeps(&sweep, &folder);
     let progress = out.progress();
     let options = SweepOptions { threads: None, progress: Some(&progress), retry_failed: args.retry_failed };
     if let Some(shard) = args.shard {
@@ -155,6 +157,17 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let (text, record) = told(&sweep, &swept, adaptation.as_ref(), start);
     out.report(&text, &WithRounds { record, adaptive: adaptation });
     Ok(0)
+}
+
+/// States what is kept of a sweep if it ends early. Other programs that solve it hear signals by themselves.
+pub(super) fn keeps(sweep: &Sweep, folder: &Path) {
+    match sweep.program() {
+        Some(_) => interrupt::leave(),
+        None => {
+            let folder = folder.display();
+            interrupt::keeps(format!("every finished condition is in the journal in {folder}; the same command goes on from there"));
+        }
+    }
 }
 
 /// Report of the sweep, as text and as a record.

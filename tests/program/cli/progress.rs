@@ -27,3 +27,38 @@ fn progress_comes_where_it_is_asked_for() {
         assert!(message(&heard).contains(word), "{word}: {}", message(&heard));
     }
 }
+
+/// Ctrl-C ends a command with a word on what is kept.
+#[cfg(unix)]
+#[test]
+fn ctrl_c_says_what_is_kept() {
+    use std::io::Read;
+    use std::process::{Command, Stdio};
+    let folder = std::env::temp_dir().join(format!("coldplate-interrupted-{}", std::process::id()));
+    let cases: [(&[&str], &str); 2] = [
+        (&["sweep", "sweeps/five_axis.toml", "--cells", "3000", "--out"], "the same command goes on from there"),
+        (&["identify", "machines/rig.toml", "--cells", "3000", "--free", "contact.motor.conductance", "--out"], "no result was written"),
+    ];
+    for (words, kept) in cases {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_coldplate"))
+            .args(words)
+            .arg(folder.join("out"))
+            .arg("--progress")
+            .current_dir(root())
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut told = child.stderr.take().unwrap();
+        // The first line of progress shows that the work has begun.
+        let mut line = [0u8; 1];
+        while told.read(&mut line).unwrap() == 1 && line[0] != b'\n' {}
+        assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+        let mut rest = String::new();
+        told.read_to_string(&mut rest).unwrap();
+        let status = child.wait().unwrap();
+        assert_eq!(std::os::unix::process::ExitStatusExt::signal(&status), Some(2), "{status} {rest}");
+        assert!(rest.contains(kept), "{rest}");
+    }
+    let _ = std::fs::remove_dir_all(&folder);
+}
