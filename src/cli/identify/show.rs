@@ -74,6 +74,7 @@ impl IdentifyResults<'_> {
                     format!("{} to {}", self.shown(k, estimate.intervals[k].0), self.shown(k, estimate.intervals[k].1)),
                     profile,
                     match (estimate.kept[k], estimate.at_bound[k]) {
+                        _ if estimate.search_end.reason().is_some() => "not at rest".into(),
                         (true, _) => "not determined".into(),
                         (false, true) => "at its bound".into(),
                         (false, false) => String::new(),
@@ -96,7 +97,25 @@ impl IdentifyResults<'_> {
             let by = significant(mesh, 2);
             text += &format!("  predictions are continued to an endlessly fine mesh, which changes them by up to {by} K\n");
         }
+        text += &self.search();
         text += &self.model_error();
+        text
+    }
+
+    /// How the search ended, where that is not plain.
+    fn search(&self) -> String {
+        let mut text = String::new();
+        if let Some(wider) = self.estimate.wider {
+            text += &format!("  the stated errors do not explain this misfit: a wider search looked at {} further points; ", wider.points);
+            text += &match wider.after < wider.before {
+                true => format!("it lowered the misfit from {:.1} to {:.1}\n", wider.before, wider.after),
+                false => "it found nothing better\n".to_string(),
+            };
+        }
+        if let Some(reason) = self.estimate.search_end.reason() {
+            text += &format!("  the search did not come to rest ({reason}): the values are the best so far, and nothing is said of\n");
+            text += "  how well the data determine them; try other values with --set, bounds with --free KEY=LOW..HIGH, or more --starts\n";
+        }
         text
     }
 
