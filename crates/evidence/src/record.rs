@@ -84,7 +84,7 @@ pub struct ParameterRecord {
     pub at_bound: bool,
     /// Not determined by these data: the file's value.
     pub kept: bool,
-    /// `found`, `at_bound`, `not_determined` or `not_at_rest`.
+    /// `found`, `like_zero` (not told from zero by the data), `at_bound`, `not_determined` or `not_at_rest`.
     pub status: &'static str,
     pub profile: Option<ProfileRecord>,
 }
@@ -261,6 +261,7 @@ impl Estimate {
                 status: match (self.search_end, self.kept[k], self.at_bound[k]) {
                     (SearchEnd::NoStep | SearchEnd::StepLimit, ..) => "not_at_rest",
                     (SearchEnd::AtRest, true, _) => "not_determined",
+                    (SearchEnd::AtRest, ..) if self.free[k].is_like_zero => "like_zero",
                     (SearchEnd::AtRest, false, true) => "at_bound",
                     (SearchEnd::AtRest, false, false) => "found",
                 },

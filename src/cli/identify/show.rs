@@ -76,6 +76,7 @@ impl IdentifyResults<'_> {
                     match (estimate.kept[k], estimate.at_bound[k]) {
                         _ if estimate.search_end.reason().is_some() => "not at rest".into(),
                         (true, _) => "not determined".into(),
+                        _ if estimate.free[k].is_like_zero => "not told from zero".into(),
                         (false, true) => "at its bound".into(),
                         (false, false) => String::new(),
                     },
@@ -97,9 +98,21 @@ impl IdentifyResults<'_> {
             let by = significant(mesh, 2);
             text += &format!("  predictions are continued to an endlessly fine mesh, which changes them by up to {by} K\n");
         }
+        text += &self.columns();
         text += &self.search();
         text += &self.model_error();
         text
+    }
+
+    /// Heats that are columns of the table, with the uncertainty that these have.
+    fn columns(&self) -> String {
+        let (problem, estimate) = (self.problem, self.estimate);
+        let own = problem.free.iter().zip(&estimate.free).filter(|(given, own)| given.prior.is_none() && own.prior.is_some());
+        own.map(|(_, own)| {
+            let share = own.prior.map_or(0.0, |(value, deviation)| 100.0 * deviation / value);
+            format!("  {} is measured: it is found within the {} % that are stated of its column\n", own.name(), significant(share, 2))
+        })
+        .collect()
     }
 
     /// How the search ended, where that is not plain.

@@ -159,7 +159,8 @@ pub(super) fn summary(search: &Search<'_>, nominal: &Point, ended: Ended, outcom
     let interval = |(k, free): (usize, &Free)| {
         let reach = TWO_SIDED_95 * deviations[k];
         let at = |c: f64| free.value(c).clamp(free.bounds.0, free.bounds.1);
-        (at(best.coordinates[k] - reach), at(best.coordinates[k] + reach))
+        let (low, high) = (at(best.coordinates[k] - reach), at(best.coordinates[k] + reach));
+        (if free.is_like_zero { 0.0 } else { low }, high)
     };
     let at_bound = search.free.iter().zip(&best.coordinates).map(|(f, c)| is_at_bound(f, *c));
     let corrected = |values: &[f64]| values.iter().zip(&search.mesh.correction).map(|(v, m)| v + m).collect();

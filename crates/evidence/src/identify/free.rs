@@ -14,8 +14,12 @@ const FARTHEST: f64 = 100.0;
 /// Share of the usual range to which a parameter without bounds may go where the data ask for it: nine decades, for a value that
 /// was never more than a place holder. Chosen, and stated in docs/method/identification.md.
 const PHYSICAL: f64 = 1e9;
-/// Least share of a heat that one step of the search leaves of it, dimensionless. Chosen: larger falls take several steps.
-const LEAST_SHARE: f64 = 1e-3;
+/// Largest change of a measured heat, in standard deviations that are stated of its column. Chosen: farther out something else is
+/// wrong, and no fit of the heat may hide it.
+const MOST_DEVIATIONS: f64 = 3.0;
+/// Least share of a positive parameter that one step of the search leaves of it, dimensionless. Chosen: larger falls take several
+/// steps, and a value that is all but gone has no slope by which it would come back.
+const LEAST_SHARE: f64 = 1e-2;
 /// Size of a temperature for the test whether the data determine it, K. Chosen: half of it counts as open (docs/method/identification.md).
 const OPEN_KELVIN: f64 = 10.0;
 
@@ -36,6 +40,8 @@ pub struct Free {
     pub is_logarithmic: bool,
     /// Whether the bounds are no more than the usual range.
     pub has_usual_range: bool,
+    /// Whether the data determine the parameter on one side only: they cannot tell its value from zero.
+    pub is_like_zero: bool,
     /// Whether temperatures are linear in the parameter, because it is a heat.
     pub is_heat: bool,
 }
@@ -68,6 +74,7 @@ impl Free {
             prior: None,
             is_logarithmic,
             has_usual_range: false,
+            is_like_zero: false,
             is_heat,
         };
         let mut is_bounded = false;
@@ -243,9 +250,21 @@ impl Free {
         self.bounds = (low.min(self.bounds.0).max(self.limits.0), high.max(self.bounds.1).min(self.limits.1));
     }
 
-    /// Gives the parameter a linear scale; `high` is within its bounds.
+    /// Gives a measured heat the uncertainty of its column, as a share of the value: a prior, and bounds if none are stated.
+    pub(super) fn as_certain_as(&mut self, share: f64) {
+        let value = self.parameter.value;
+        self.prior = self.prior.or(Some((value, share * value)));
+        if self.has_usual_range {
+            let reach = MOST_DEVIATIONS * share;
+            self.bounds = (self.bounds.0.max(value * (1.0 - reach)), self.bounds.1.min(value * (1.0 + reach)));
+            (self.limits, self.has_usual_range) = (self.bounds, false);
+        }
+    }
+
+    /// Gives a parameter that cannot be told from zero a linear scale; `high` is well within its bounds.
     pub(super) fn on_linear_scale(&mut self, high: f64) {
         self.is_logarithmic = false;
+        self.is_like_zero = true;
         self.bounds.1 = self.bounds.1.max(FARTHEST * high);
         self.limits = self.bounds;
     }
@@ -283,10 +302,9 @@ impl Free {
             coordinate + step
         } else if step >= 0.0 {
             coordinate + step.ln_1p()
-        } else if self.is_heat {
-            coordinate + (1.0 + step).max(LEAST_SHARE).ln()
         } else {
-            coordinate - (-step).ln_1p()
+            let share = if self.is_heat { 1.0 + step } else { 1.0 / (1.0 - step) };
+            coordinate + share.max(LEAST_SHARE).ln()
         }
     }
 

@@ -5,7 +5,8 @@ use nalgebra::{DMatrix, DVector};
 use super::predict::{Pace, Steps};
 use super::search_end::SearchEnd;
 use super::{Derivatives, Free, IdentifyProblem, MeshShare, Prediction};
-use crate::measurement::{Whitener, whiten};
+use crate::measurement::{MeasuredHeat, Whitener, whiten};
+use coldplate_base::document::Document;
 use coldplate_base::error::{Error, Result};
 use coldplate_base::numbers::{significant, sum_of_squares};
 use coldplate_base::progress::Progress;
@@ -54,6 +55,9 @@ pub(super) struct Search<'a> {
     pub problem: &'a IdentifyProblem,
     /// The parameters, with the scales and limits in which they are searched now.
     pub free: Vec<Free>,
+    /// Parameters that are the heat of a column, with the variable of that column: the parameter has the column's uncertainty as its
+    /// prior, and the column has no error of its own where the parameter acts.
+    columns: Vec<(usize, usize)>,
     /// Readings less the mesh's share, K: they compare with predictions on the model's own mesh.
     pub readings: Vec<f64>,
     pub mesh: MeshShare,
@@ -80,9 +84,11 @@ impl<'a> Search<'a> {
         let mesh = MeshShare::none(readings.len());
         let stride = Stride::default();
         let accuracy = problem.accuracy();
+        let (free, columns) = with_measured_heats(problem);
         Self {
             problem,
-            free: problem.free.clone(),
+            free,
+            columns,
             readings,
             mesh,
             evaluations: 0,
@@ -166,6 +172,7 @@ impl<'a> Search<'a> {
         } else {
             self.problem.predict_some(&values, Derivatives { parameters: true, conditions: known.is_none() }, Pace::own(self.accuracy))?.0
         };
+        self.without_columns(&mut prediction);
         match known {
             Some(conditions) => prediction.conditions = conditions,
             None if self.problem.data.is_transient() => self.sloped = Some((coordinates.clone(), prediction.conditions.clone())),
@@ -175,6 +182,19 @@ impl<'a> Search<'a> {
         let whitener = self.stated(&prediction);
         let cost = self.cost(&coordinates, &prediction, &whitener);
         Ok((Point { coordinates, prediction, cost, is_sloped: true }, whitener))
+    }
+
+    /// Takes the errors of columns away from the readings in which a parameter stands for them.
+    fn without_columns(&self, prediction: &mut Prediction) {
+        let data = &self.problem.data;
+        let acts = |k: usize, row: usize| self.problem.held_in(Some(&data.rows[row].test)).contains(&k);
+        for (k, variable) in &self.columns {
+            for ((row, _), slopes) in whiten::places(data).into_iter().zip(&mut prediction.conditions) {
+                if let Some(slope) = slopes.get_mut(*variable).filter(|_| acts(*k, row)) {
+                    *slope = 0.0;
+                }
+            }
+        }
     }
 
     /// Whether logs are run in longer time steps on the way: only for machines of cells.
@@ -319,6 +339,21 @@ impl<'a> Search<'a> {
         }
         (matrix, right)
     }
+}
+
+/// The parameters of a problem, and those among them that are the heat of a column, with its variable.
+fn with_measured_heats(problem: &IdentifyProblem) -> (Vec<Free>, Vec<(usize, usize)>) {
+    let (machine, mut free, mut columns) = (&problem.study.model.machine, problem.free.clone(), Vec::new());
+    for heat in MeasuredHeat::all(machine, &problem.data, &problem.uncertainty) {
+        let key = ["source", &machine.sources[heat.source].name, "power"];
+        for (k, own) in free.iter_mut().enumerate() {
+            if Document::names_in(&own.parameter.name).is_some_and(|names| names == key) {
+                own.as_certain_as(heat.deviation);
+                columns.push((k, heat.variable));
+            }
+        }
+    }
+    (free, columns)
 }
 
 /// Prior of the coordinate: centre and standard deviation.

@@ -88,19 +88,14 @@ pub(super) fn on_linear_scale(search: &mut Search<'_>, mut ended: Ended) -> Resu
     Ok(ended)
 }
 
-/// Whether a value of one parameter, with the others moved as the curvature predicts, raises the misfit as a standard deviation
-/// does at least.
+/// Whether a value of one parameter, with the others found anew, raises the misfit as a standard deviation does at least.
 fn is_refuted(search: &mut Search<'_>, ended: &Ended, k: usize, value: f64) -> bool {
-    let (covariance, at) = (ended.covariance(&[]), &ended.point.coordinates);
-    // Along the covariance the coordinates move as their linear scales say.
-    let share = (value / search.free[k].value(at[k]) - 1.0) / covariance[(k, k)];
-    let moved = |(j, c): (usize, &f64)| {
-        let (low, high) = search.free[j].coordinate_limits();
-        let to = search.free[j].moved(*c, covariance[(j, k)] * share);
-        if j == k { search.free[k].coordinate(value) } else { to.clamp(low, high) }
-    };
-    let to: Vec<f64> = at.iter().enumerate().map(moved).collect();
-    search.predicted(to, false, &ended.weights).is_ok_and(|there| there.cost - ended.point.cost >= 1.0)
+    let mut to = ended.point.coordinates.clone();
+    to[k] = search.free[k].coordinate(value);
+    search.frozen = vec![k];
+    let back = search.point(to, &ended.weights).map(|begun| search.descend(begun, &ended.weights));
+    search.frozen.clear();
+    back.is_ok_and(|back| back.cost - ended.point.cost >= 1.0)
 }
 
 /// Puts parameters that the data do not determine back to the file's values, one after another, the least known first, and
@@ -116,8 +111,8 @@ pub(super) fn keep(search: &mut Search<'_>, mut ended: Ended) -> Result<(Ended, 
             let c = ended.point.coordinates[k];
             let (low, high) = free[k].coordinate_bounds();
             let width = 2.0 * TWO_SIDED_95 * covariance[(k, k)].max(0.0).sqrt() / (high - low);
-            // Data may well say that a value is zero.
-            if is_at_bound(&free[k], c) && c != 0.0 { width.max(1.0) } else { width }
+            // Data may well say that a value is hardly above zero.
+            if is_at_bound(&free[k], c) && !free[k].is_like_zero { width.max(1.0) } else { width }
         };
         let may = |k: &usize| !tried.contains(k) && !free[*k].is_unusual(free[*k].parameter.value);
         let Some(k) = (0..free.len()).filter(may).filter(|k| open(*k) >= 1.0).max_by(|a, b| open(*a).total_cmp(&open(*b))) else {

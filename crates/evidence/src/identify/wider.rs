@@ -9,8 +9,7 @@ use coldplate_base::random::Random;
 const SCREENED: usize = 16;
 /// Points of these, those of the least misfit, from which it descends; count. Chosen: each costs a search.
 const DESCENDED: usize = 2;
-/// Factor by which positive parameters are varied to either side of all values between the file's and that found; dimensionless.
-/// Chosen.
+/// Factor by which positive parameters are varied to either side of the file's value or of that found; dimensionless. Chosen.
 const WIDE: f64 = 30.0;
 /// Share of the range of other parameters by which they are varied to either side, dimensionless. Chosen.
 const WIDE_SHARE: f64 = 0.2;
@@ -54,11 +53,13 @@ pub(super) fn wider(
 ) -> (Option<Point>, WiderSearch) {
     let mut looked: Vec<Point> = Vec::new();
     for _ in 0..SCREENED {
-        let one = |(free, (a, b)): (&Free, (&f64, &f64))| {
+        let one = |(free, (given, found)): (&Free, (&f64, &f64))| {
             let (low, high) = free.coordinate_limits();
             let reach = if free.is_logarithmic { WIDE.ln() } else { WIDE_SHARE * (free.bounds.1 - free.bounds.0) };
-            let (from, to) = ((a.min(*b) - reach).max(low), (a.max(*b) + reach).min(high));
-            from + noise.unit() * (to - from)
+            // A number that ran to a limit went astray.
+            let is_within = low + reach < *found && *found < high - reach;
+            let middle = if is_within && noise.unit() < 0.5 { *found } else { *given };
+            (middle + reach * (2.0 * noise.unit() - 1.0)).clamp(low, high)
         };
         let to: Vec<f64> = search.free.iter().zip(start.iter().zip(&best.coordinates)).map(one).collect();
         looked.extend(search.predicted(to, false, whitener).ok());
