@@ -38,24 +38,42 @@ impl Stated {
     /// The factors on measured heats among a catalogue, each with the standard deviation that is stated of its column.
     pub fn measured<'a>(&'a self, catalogue: &'a [Hypothesis]) -> impl Iterator<Item = Hypothesis> + 'a {
         let factor = |own: &MeasuredHeat| {
-            let is_own = |h: &&Hypothesis| h.effect == Effect::Heat(Heat::Source(own.source)) && h.law == Law::Constant;
-            catalogue.iter().find(is_own).map(|h| h.clone().inexact_by(own.deviation))
+            let found = catalogue.iter().find(|h| is_factor(h, own));
+            found.map(|h| h.clone().inexact_by(own.deviation))
         };
         self.heats.iter().filter_map(factor)
     }
 
     /// Slopes along the conditions (K per SI unit) without those along columns that are heats, and the errors of these columns, one
-    /// column each of unit variance, K.
-    pub fn split(&self, problem: &Problem, slopes: &[Vec<f64>]) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
-        let is_heat = |v: usize| self.heats.iter().any(|own| own.variable == v);
-        let without = |row: &Vec<f64>| row.iter().enumerate().map(|(v, slope)| if is_heat(v) { 0.0 } else { *slope }).collect();
-        let of = |(v, own): (usize, &VariableUncertainty)| if is_heat(v) { *own } else { VariableUncertainty::default() };
+    /// column each of unit variance, K. A share of a heat that changes through a log acts as a factor on the heat does; `signatures` has
+    /// the change of the readings with each hypothesis of the catalogue, K per unit.
+    pub fn split(
+        &self,
+        problem: &Problem,
+        slopes: &[Vec<f64>],
+        (catalogue, signatures): (&[Hypothesis], &[Vec<f64>]),
+    ) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
+        let mut rest = slopes.to_vec();
+        let mut errors = Vec::new();
         let all = &problem.uncertainty;
-        let variables = all.variables.iter().enumerate().map(of).collect();
-        let alone = MeasurementUncertainty { bias: vec![0.0; all.bias.len()], variables, ..all.clone() };
-        let mut errors = if self.has_measured() { whiten::common_errors(&problem.data, &alone, slopes) } else { Vec::new() };
+        for own in &self.heats {
+            let v = own.variable;
+            let stated = all.variables[v];
+            let factor = catalogue.iter().position(|h| is_factor(h, own)).filter(|_| stated.relative > 0.0);
+            // The slope with which a deviation of one is the stated one.
+            let (slope, unit): (Vec<f64>, VariableUncertainty) = match factor {
+                Some(h) => (signatures[h].clone(), VariableUncertainty { absolute: stated.relative, relative: 0.0 }),
+                None => (slopes.iter().map(|row| row[v]).collect(), stated),
+            };
+            let alone = |k: usize| if k == v { unit } else { VariableUncertainty::default() };
+            let variables = (0..all.variables.len()).map(alone).collect();
+            let uncertainty = MeasurementUncertainty { bias: vec![0.0; all.bias.len()], variables, ..all.clone() };
+            let along: Vec<Vec<f64>> = rest.iter().zip(&slope).map(|(row, own)| with(row, v, *own)).collect();
+            errors.extend(whiten::common_errors(&problem.data, &uncertainty, &along));
+            rest.iter_mut().for_each(|row| row[v] = 0.0);
+        }
         errors.retain(|column| column.iter().any(|c| *c != 0.0));
-        (slopes.iter().map(without).collect(), errors)
+        (rest, errors)
     }
 
     /// Whether any heat is a column.
@@ -73,4 +91,14 @@ impl Stated {
         };
         (!self.is_measured(h) && (self.keys.is_empty() || !is_stated())).then_some(unit)
     }
+}
+
+/// Whether a hypothesis is the factor on a measured heat.
+fn is_factor(h: &Hypothesis, own: &MeasuredHeat) -> bool {
+    h.effect == Effect::Heat(Heat::Source(own.source)) && h.law == Law::Constant
+}
+
+/// A row with another entry.
+fn with(row: &[f64], at: usize, entry: f64) -> Vec<f64> {
+    row.iter().enumerate().map(|(k, own)| if k == at { entry } else { *own }).collect()
 }

@@ -278,7 +278,7 @@ fn error_parts(
     (columns, numbers): (&[Vec<f64>], &[Option<f64>]),
 ) -> ErrorParts {
     let (data, network) = (&problem.data, &study.model.network);
-    let (values, (slopes, of_heats)) = (&prediction.values, stated.split(problem, &prediction.conditions));
+    let (values, (slopes, of_heats)) = (&prediction.values, stated.split(problem, &prediction.conditions, (catalogue, columns)));
     let mut parts = ErrorParts::new(&study.model.machine, data, &problem.uncertainty, problem.discrepancy.model, values, &slopes);
     let scaled = |column: &Vec<f64>, by: f64| column.iter().map(|c| by * c).collect::<Vec<f64>>();
     let uncertain = |(k, u): (usize, &UncertainNumber)| prediction.slopes.iter().map(|row| row[k] * u.deviation).collect();

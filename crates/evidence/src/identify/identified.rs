@@ -27,6 +27,9 @@ const EXPLORED: f64 = 10.0;
 /// Largest error of predictions on the reduced model at the values found, K. Chosen: far below the noise of thermometers; a
 /// larger one saves full solves.
 const ACCURACY: f64 = 1e-3;
+/// Misfit per degree of freedom above which the machine file's values are far from the data, dimensionless. Chosen: residuals of thirty
+/// deviations; a smaller one renews the covariance of searches that begin near.
+const FAR_OFF: f64 = 1e3;
 
 /// Options of the search.
 #[derive(Debug, Clone, PartialEq)]
@@ -100,7 +103,8 @@ fn searched(problem: &IdentifyProblem, options: &IdentifyOptions, learns: bool, 
         nominal = search.under(nominal, &whitener);
     }
     // Far from the data, derivatives with respect to the conditions say nothing of the errors there.
-    if fit_of(&search, &nominal, &whitener).probability < CERTAIN {
+    let fit = fit_of(&search, &nominal, &whitener);
+    if fit.misfit > FAR_OFF * fit.freedom.max(1) as f64 {
         whitener = search.apart();
         nominal = search.under(nominal, &whitener);
     }

@@ -6,7 +6,7 @@ use crate::measurement::Whitener;
 use coldplate_base::random::Random;
 
 /// Points that a wider search looks at, count. Chosen: each costs a prediction without slopes.
-const SCREENED: usize = 16;
+const SCREENED: usize = 12;
 /// Points of these, those of the least misfit, from which it descends; count. Chosen: each costs a search.
 const DESCENDED: usize = 2;
 /// Factor by which positive parameters are varied to either side of the file's value or of that found; dimensionless. Chosen.
