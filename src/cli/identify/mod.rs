@@ -82,10 +82,11 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     command_input::drop_sensors(&mut all, &args.without)?;
     let uncertainty = measured::uncertainty(args.data.as_deref(), &args.machine, &all, machine, out)?;
     let start = command_input::start(&args.from)?;
-    stop::listen();
-    let progress = out.progress();
-    progress.at("faulty readings");
-    let faults = command_input::clear(&mut all, &study, &uncertainty, start, args.keep_all)?;
+    let faults = {
+        let progress = out.progress();
+        progress.at("faulty readings");
+        command_input::clear(&mut all, &study, &uncertainty, start, args.keep_all)?
+    };
     let (data, others) = if args.use_tests.is_empty() {
         (all.clone(), None)
     } else {
@@ -113,6 +114,8 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     if !args.scan.is_empty() {
         return scan::run(args, &problem, out);
     }
+    stop::listen();
+    let progress = out.progress();
     let options = IdentifyOptions { starts: args.starts.into(), ..IdentifyOptions::default() };
     let estimate = identify::identify_and_learn(&problem, &options, &progress)?;
     let (profiles, advice) = if args.brief { (Vec::new(), Vec::new()) } else { further(&problem, &estimate, out, &progress)? };

@@ -12,7 +12,7 @@ const STEP_TOLERANCE: f64 = 1e-3;
 /// Fall of the misfit, as a share of it, that is below the rounding of its sum. Chosen.
 const ROUNDING: f64 = 1e-9;
 /// Most steps of a search, count. Chosen: a guard against a search that does not end.
-const MOST_STEPS: usize = 60;
+pub(super) const MOST_STEPS: usize = 60;
 /// Damping that counts as none, relative to the diagonal of the curvature. Chosen.
 const UNDAMPED: f64 = 1e-9;
 /// Damping of the first step, relative to the diagonal of the curvature. Chosen.
@@ -88,18 +88,19 @@ impl Search<'_> {
 
     /// Descends from one point with the covariance held. Ends if steps are small or no step leads down.
     pub(super) fn descend(&mut self, here: Point, whitener: &Whitener) -> Point {
-        self.descend_unless(here, whitener, &[])
+        self.descend_unless(here, whitener, &[], MOST_STEPS)
     }
 
-    /// Descends as [`Search::descend`] does. A search that comes to the end of another start returns that end.
-    pub(super) fn descend_unless(&mut self, mut here: Point, whitener: &Whitener, ends: &[Point]) -> Point {
+    /// Descends as [`Search::descend`] does, by so many steps at most. A search that comes to the end of another start returns that
+    /// end.
+    pub(super) fn descend_unless(&mut self, mut here: Point, whitener: &Whitener, ends: &[Point], most: usize) -> Point {
         self.ended = SearchEnd::AtRest;
         // A point without free coordinates was predicted without its slopes.
         if (0..here.coordinates.len()).all(|k| self.frozen.contains(&k)) {
             return here;
         }
         let mut damping = DAMPED;
-        for _ in 0..MOST_STEPS {
+        for _ in 0..most {
             let (matrix, right) = self.normal(&here, whitener);
             let is_there = |end: &&Point| end.cost <= here.cost && Self::is_small(&here.coordinates, &end.coordinates, &matrix, THERE);
             if let Some(end) = ends.iter().find(is_there) {

@@ -275,6 +275,9 @@ impl Free {
         let size = value.abs().max(p.value.abs());
         if self.is_logarithmic {
             1.0
+        } else if self.is_like_zero {
+            // Ten times the upper end of the interval.
+            10.0 * self.bounds.1 / FARTHEST
         } else if p.dimension.is_absolute() || p.kind == ParameterKind::Offset {
             OPEN_KELVIN
         } else if size > 0.0 {

@@ -1,6 +1,7 @@
 //! An identification from its first prediction to the estimate: starts, renewals of the covariance, a wider search, the model's own
 //! error, and parameters that the data leave open.
 
+use super::descent::MOST_STEPS;
 use super::ended::{Ended, chi_square_tail, fit_of};
 use super::estimate::{Estimate, Outcome, summary};
 use super::free::Free;
@@ -89,25 +90,7 @@ fn found(problem: &IdentifyProblem, options: &IdentifyOptions, learns: bool, pro
 fn searched(problem: &IdentifyProblem, options: &IdentifyOptions, learns: bool, progress: &dyn Progress) -> Result<Estimate> {
     check(problem)?;
     let mut search = Search::new(problem, progress);
-    let start: Vec<f64> = problem.free.iter().map(|f| f.coordinate(f.parameter.value.clamp(f.limits.0, f.limits.1))).collect();
-    let (mut nominal, mut whitener) = search.whole(start.clone())?;
-    // If no finer mesh can be had, predictions stay those of the model's own mesh.
-    let mut continues = learns;
-    if continues {
-        progress.say("the mesh's share");
-        continues = search.continue_from(&nominal).unwrap_or_else(|e| {
-            progress.say(&format!("predictions are not continued to a finer mesh: {e}"));
-            false
-        });
-        whitener = search.stated(&nominal.prediction);
-        nominal = search.under(nominal, &whitener);
-    }
-    // Far from the data, derivatives with respect to the conditions say nothing of the errors there.
-    let fit = fit_of(&search, &nominal, &whitener);
-    if fit.misfit > FAR_OFF * fit.freedom.max(1) as f64 {
-        whitener = search.apart();
-        nominal = search.under(nominal, &whitener);
-    }
+    let Begun { nominal, whitener, continues } = begun(&mut search, learns)?;
     let mut noise = Random::new(options.seed);
     let ends = starts(&mut search, options, &nominal, &whitener, &mut noise);
     let costs: Vec<f64> = ends.iter().map(|end| end.cost).collect();
@@ -119,7 +102,7 @@ fn searched(problem: &IdentifyProblem, options: &IdentifyOptions, learns: bool, 
     let fit = fit_of(&search, &best, &whitener);
     if fit.probability < CERTAIN && fit.freedom > 0 {
         progress.say(&format!("a misfit of {:.1}: a wider search", best.cost));
-        let (better, account) = wider::wider(&mut search, &start, &best, &whitener, &mut noise);
+        let (better, account) = wider::wider(&mut search, &nominal.coordinates, &best, &whitener, &mut noise);
         if let Some(better) = better {
             (best, whitener) = renewed(&mut search, better, continues)?;
         }
@@ -154,6 +137,39 @@ fn searched(problem: &IdentifyProblem, options: &IdentifyOptions, learns: bool, 
     Ok(summary(&search, &nominal, ended, Outcome { kept, widens: learns, ends: costs, wider: looked, end }))
 }
 
+/// Beginning of a search.
+struct Begun {
+    /// The machine file's values.
+    nominal: Point,
+    /// Whitening of the first descents.
+    whitener: Whitener,
+    /// Whether predictions are continued to a finer mesh.
+    continues: bool,
+}
+
+fn begun(search: &mut Search<'_>, learns: bool) -> Result<Begun> {
+    let start: Vec<f64> = search.free.iter().map(|f| f.coordinate(f.parameter.value.clamp(f.limits.0, f.limits.1))).collect();
+    let (mut nominal, mut whitener) = search.whole(start)?;
+    // If no finer mesh can be had, predictions stay those of the model's own mesh.
+    let mut continues = learns;
+    if continues {
+        search.say("the mesh's share");
+        continues = search.continue_from(&nominal).unwrap_or_else(|e| {
+            search.say(&format!("predictions are not continued to a finer mesh: {e}"));
+            false
+        });
+        whitener = search.stated(&nominal.prediction);
+        nominal = search.under(nominal, &whitener);
+    }
+    // Far from the data, derivatives with respect to the conditions say nothing of the errors there.
+    let fit = fit_of(search, &nominal, &whitener);
+    if fit.misfit > FAR_OFF * fit.freedom.max(1) as f64 {
+        whitener = search.apart();
+        nominal = search.under(nominal, &whitener);
+    }
+    Ok(Begun { nominal, whitener, continues })
+}
+
 /// Ends of descents from the machine file's values and from points around them.
 fn starts(search: &mut Search<'_>, options: &IdentifyOptions, nominal: &Point, whitener: &Whitener, noise: &mut Random) -> Vec<Point> {
     let count = options.starts.max(1);
@@ -164,12 +180,12 @@ fn starts(search: &mut Search<'_>, options: &IdentifyOptions, nominal: &Point, w
         // Further starts only look for a better end. One that is better is refined to the full accuracy.
         search.tolerance = EXPLORED * search.accuracy;
         let from = wider::around(search, &nominal.coordinates, whitener, noise);
-        let end = search.descend_unless(from.unwrap_or(nominal.clone()), whitener, &ends);
+        let end = search.descend_unless(from.unwrap_or(nominal.clone()), whitener, &ends, MOST_STEPS);
         search.tolerance = search.accuracy;
         let least = ends.iter().map(|end| end.cost).fold(f64::INFINITY, f64::min);
         let is_better = search.problem.data.is_transient() && end.cost < least;
         let begun = if is_better { search.point(end.coordinates.clone(), whitener).ok() } else { None };
-        ends.push(begun.map_or(end, |begun| search.descend_unless(begun, whitener, &ends)));
+        ends.push(begun.map_or(end, |begun| search.descend_unless(begun, whitener, &ends, MOST_STEPS)));
     }
     ends
 }

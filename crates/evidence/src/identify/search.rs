@@ -222,7 +222,7 @@ impl<'a> Search<'a> {
     /// Checks that the process was not told to stop.
     ///
     /// # Errors
-    /// It was told to stop: the error says how far the search came.
+    /// The process was told to stop: the error says how far the search came.
     fn may_go_on(&self) -> Result<()> {
         if !stop::is_asked() {
             return Ok(());

@@ -1,14 +1,21 @@
 //! Further starts of a search: those that are asked for, and those that a misfit asks for that the stated errors do not explain.
 
+use super::descent::MOST_STEPS;
 use super::free::Free;
 use super::search::{Point, Search};
+use super::search_end::SearchEnd;
 use crate::measurement::Whitener;
 use coldplate_base::random::Random;
 
 /// Points that a wider search looks at, count. Chosen: each costs a prediction without slopes.
-const SCREENED: usize = 12;
+const SCREENED: usize = 16;
 /// Points of these, those of the least misfit, from which it descends; count. Chosen: each costs a search.
 const DESCENDED: usize = 2;
+/// Steps after which a descent that is not better yet is given up if the misfit is no more than [`LARGE`], count. Chosen: a model that
+/// is a little wrong has such a misfit at its best, and longer descents are spared there.
+const STEPS: usize = 12;
+/// Misfit per reading up to which a model may well be at its best, dimensionless. Chosen: residuals of five deviations.
+const LARGE: f64 = 25.0;
 /// Factor by which positive parameters are varied to either side of the file's value or of that found; dimensionless. Chosen.
 const WIDE: f64 = 30.0;
 /// Share of the range of other parameters by which they are varied to either side, dimensionless. Chosen.
@@ -66,10 +73,14 @@ pub(super) fn wider(
     }
     let points = looked.len();
     looked.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    let most = if best.cost > LARGE * search.readings.len() as f64 { MOST_STEPS } else { STEPS };
     let mut ends = vec![best.clone()];
     for begun in looked.into_iter().take(DESCENDED) {
         let Ok(begun) = search.point(begun.coordinates, whitener) else { continue };
-        let end = search.descend_unless(begun, whitener, &ends);
+        let mut end = search.descend_unless(begun, whitener, &ends, most);
+        if end.cost < best.cost && search.ended == SearchEnd::StepLimit {
+            end = search.descend(end, whitener);
+        }
         ends.push(end);
     }
     let least = ends.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost)).filter(|end| end.cost < best.cost);
