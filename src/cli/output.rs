@@ -5,6 +5,7 @@ use std::io::Write;
 use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
@@ -12,6 +13,9 @@ use serde::Serialize;
 use coldplate_base::atomic_file;
 use coldplate_base::error::{Error, Result};
 use coldplate_base::progress::Progress;
+
+/// Interval at which a spinner turns while a long piece of work says nothing. Chosen.
+const TICK: Duration = Duration::from_millis(200);
 
 /// Whether progress was asked for as lines, even if standard error is no terminal: one setting of the process, made
 /// before any work begins.
@@ -140,6 +144,7 @@ impl Progress for TerminalProgress {
             if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed} {msg}") {
                 spinner.set_style(style);
             }
+            spinner.enable_steady_tick(TICK);
             spinner
         });
         spinner.set_message(what.to_string());

@@ -14,6 +14,7 @@ use super::Cause;
 use super::effects::{Hypothesis, Number};
 use super::finalists::{Entry, Finalists};
 use super::refine::{FitData, Fitted, fit, fit_again};
+use super::stated::Stated;
 use super::view::Comparison;
 use coldplate_base::error::Result;
 use coldplate_base::numbers::TWO_SIDED_90;
@@ -120,6 +121,9 @@ pub fn joint(finals: &Finalists<'_>, (members, best): &Entry, view: &Comparison,
     let readings = view.readings.len();
     let uncertain = |u| Beside { number: None, hypothesis: Number::of(u), moved: 0.0, slope: vec![0.0; readings] };
     beside.extend(finals.problem.uncertain.iter().map(uncertain));
+    let stated = Stated::of(finals.problem, &finals.problem.study);
+    let measured = stated.measured(finals.catalogue).filter(|h| causes.iter().all(|cause| !cause.is_same(h)));
+    beside.extend(measured.map(|hypothesis| Beside { number: None, hypothesis, moved: 0.0, slope: vec![0.0; readings] }));
     if beside.is_empty() {
         return Ok(None);
     }
@@ -212,7 +216,7 @@ fn spread(covariance: &DMatrix<f64>, free: &[&Hypothesis]) -> (Vec<f64>, Vec<Vec
 
 /// A number that is fitted beside causes.
 struct Beside {
-    /// Which of the numbers of the covariance; none where the user calls it uncertain.
+    /// Which of the numbers of the covariance; none where its uncertainty is stated.
     number: Option<usize>,
     /// As a hypothesis whose scale is its standard deviation.
     hypothesis: Hypothesis,

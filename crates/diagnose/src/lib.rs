@@ -40,6 +40,7 @@ mod rung;
 mod screen;
 mod shared;
 mod signature;
+mod stated;
 mod synonyms;
 mod view;
 mod when;

@@ -10,6 +10,7 @@ use super::Cause;
 use super::effects::{Common, CommonFactor, Effect, Hypothesis};
 use super::finalists::Finalists;
 use super::refine::Fitted;
+use super::stated::Stated;
 use super::view::Comparison;
 use coldplate_evidence::measurement::Whitener;
 
@@ -28,6 +29,7 @@ pub struct Shared {
 /// The common factors that may act beside some causes, as causes whose scale is their standard deviation, and what one standard deviation
 /// of each changes in every reading, K, about the machine of `view`.
 pub fn beside<'v>(finals: &Finalists<'_>, causes: &[&Hypothesis], view: &'v Comparison) -> Vec<(Hypothesis, &'v Vec<f64>)> {
+    let stated = Stated::of(finals.problem, &finals.problem.study);
     let of = |(factor, column): (CommonFactor, &'v Vec<f64>)| {
         let common = Effect::from(match factor {
             CommonFactor::Films => Common::Films,
@@ -40,7 +42,9 @@ pub fn beside<'v>(finals: &Finalists<'_>, causes: &[&Hypothesis], view: &'v Comp
         let hypothesis = all.clone().inexact_by(factor.deviation(&finals.problem.discrepancy));
         // Exchanged readings show a factor at each other's places.
         let is_beside = causes.iter().all(|c| !c.is_fixed() && !c.is_same(&hypothesis));
-        let acts = is_beside && hypothesis.scale > 0.0 && column.iter().any(|c| *c != 0.0);
+        // The lines of all heats would move those too that are columns of the table.
+        let is_meant = factor != CommonFactor::Heats || !stated.has_measured();
+        let acts = is_beside && is_meant && hypothesis.scale > 0.0 && column.iter().any(|c| *c != 0.0);
         acts.then_some((hypothesis, column))
     };
     CommonFactor::ALL.into_iter().zip(&view.factors).filter_map(of).collect()

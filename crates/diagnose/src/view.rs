@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use super::effects::{CommonFactor, Hypothesis, Scales, hypotheses};
 use super::screen::Screened;
 use super::signature::{self, Signatures};
+use super::stated::Stated;
 use super::{Discrepancy, Problem, UncertainNumber, signatures};
 use coldplate_base::error::Result;
 use coldplate_base::numbers::root_mean_square;
@@ -82,21 +83,22 @@ impl Comparison {
         let mesh = finer.correction.clone();
         found.residual.iter_mut().zip(&mesh).for_each(|(r, m)| *r -= m);
         add_mesh_share(catalogue, &mut found.columns, &mesh, &whiten::places(&problem.data));
-        let factors = open_factors(&problem.discrepancy, catalogue, &found.columns, mesh.len());
-        let mut errors = error_parts(problem, study, &found.prediction, catalogue, &found.columns);
+        let stated = Stated::of(problem, study);
+        let factors = open_factors(&problem.discrepancy, &stated, catalogue, &found.columns, mesh.len());
+        let numbers: Vec<Option<f64>> = catalogue.iter().map(|h| stated.number(h, problem, study, scales)).collect();
+        let mut errors = error_parts(problem, study, &stated, &found.prediction, catalogue, (&found.columns, &numbers));
         errors.extend(factors.iter().cloned());
         errors.extend(finer.scatter.iter().cloned());
         let bends = match (is_log, known) {
             (true, _) => Arc::default(),
-            (false, None) => Arc::new(bends(problem, study, catalogue, scales, &found)),
+            (false, None) => Arc::new(bends(problem, study, &stated, catalogue, scales, &found)),
             (false, Some(known)) => known.bends.clone(),
         };
         errors.extend(bends.iter().cloned());
         let all: Vec<usize> = (0..mesh.len()).collect();
         let readings = whiten::readings(&problem.data).iter().zip(&mesh).map(|(r, m)| r - m).collect();
         let level = DiscrepancySize::NONE;
-        let network = &study.model.network;
-        let numbers = catalogue.iter().filter_map(|h| Some((h.clone(), h.of_a_number(network)?))).collect();
+        let numbers = catalogue.iter().zip(numbers).filter_map(|(h, unit)| Some((h.clone(), unit?))).collect();
         let whitener = errors.whitener(&level, &all);
         let (without, finer) = (whitener.log_determinant(), Arc::new(finer));
         Ok(Self { without, whitener, level, found, mesh, errors, factors, readings, numbers, finer, bends })
@@ -218,10 +220,17 @@ fn scaled(columns: &[Vec<f64>], whitener: &Whitener, catalogue: &[Hypothesis]) -
 /// What the common factors of films, heats and emissivities change beside their slopes: far from the water a bearing that only radiates
 /// bends with its emissivity by more than its reading's noise. Half the second derivative times the variance, as large as the square
 /// of a normal number is in the mean square.
-fn bends(problem: &Problem, study: &Study, catalogue: &[Hypothesis], scales: &Scales, found: &Signatures) -> Vec<Vec<f64>> {
+fn bends(
+    problem: &Problem,
+    study: &Study,
+    stated: &Stated,
+    catalogue: &[Hypothesis],
+    scales: &Scales,
+    found: &Signatures,
+) -> Vec<Vec<f64>> {
     let moved = |factor: CommonFactor, sign: f64| -> Option<Vec<f64>> {
         let mut sets = Vec::new();
-        for h in catalogue.iter().filter(|h| h.common_factor() == Some(factor)) {
+        for h in catalogue.iter().filter(|h| h.common_factor() == Some(factor) && !stated.is_measured(h)) {
             sets.extend(h.sets(study, scales, &problem.user, sign * factor.deviation(&problem.discrepancy)).ok().flatten()?);
         }
         if sets.is_empty() {
@@ -238,11 +247,19 @@ fn bends(problem: &Problem, study: &Study, catalogue: &[Hypothesis], scales: &Sc
     CommonFactor::ALL.into_par_iter().filter_map(bend).collect()
 }
 
-/// What the common factors of films, heats and emissivities leave open in every reading, K.
-pub(crate) fn open_factors(discrepancy: &Discrepancy, catalogue: &[Hypothesis], columns: &[Vec<f64>], readings: usize) -> Vec<Vec<f64>> {
+/// What the common factors of films, heats and emissivities leave open in every reading, K. Heats that are columns of the table are as
+/// certain as is stated of these.
+pub(crate) fn open_factors(
+    discrepancy: &Discrepancy,
+    stated: &Stated,
+    catalogue: &[Hypothesis],
+    columns: &[Vec<f64>],
+    readings: usize,
+) -> Vec<Vec<f64>> {
     let of = |factor: &CommonFactor| {
         let mut sum = vec![0.0; readings];
-        for (_, column) in catalogue.iter().zip(columns).filter(|(h, _)| h.common_factor() == Some(*factor)) {
+        let is_member = |h: &Hypothesis| h.common_factor() == Some(*factor) && !stated.is_measured(h);
+        for (_, column) in catalogue.iter().zip(columns).filter(|(h, _)| is_member(h)) {
             sum.iter_mut().zip(column).for_each(|(s, c)| *s += factor.deviation(discrepancy) * c);
         }
         sum
@@ -251,20 +268,27 @@ pub(crate) fn open_factors(discrepancy: &Discrepancy, catalogue: &[Hypothesis], 
 }
 
 /// The covariance of a residual in parts, with what every model leaves open but for common factors, and what the numbers of the file
-/// change.
-fn error_parts(problem: &Problem, study: &Study, prediction: &Prediction, catalogue: &[Hypothesis], columns: &[Vec<f64>]) -> ErrorParts {
+/// change: those among the catalogue with their amplitudes for a factor e.
+fn error_parts(
+    problem: &Problem,
+    study: &Study,
+    stated: &Stated,
+    prediction: &Prediction,
+    catalogue: &[Hypothesis],
+    (columns, numbers): (&[Vec<f64>], &[Option<f64>]),
+) -> ErrorParts {
     let (data, network) = (&problem.data, &study.model.network);
-    let (values, slopes) = (&prediction.values, &prediction.conditions);
-    let mut parts = ErrorParts::new(&study.model.machine, data, &problem.uncertainty, problem.discrepancy.model, values, slopes);
+    let (values, (slopes, of_heats)) = (&prediction.values, stated.split(problem, &prediction.conditions, (catalogue, columns)));
+    let mut parts = ErrorParts::new(&study.model.machine, data, &problem.uncertainty, problem.discrepancy.model, values, &slopes);
     let scaled = |column: &Vec<f64>, by: f64| column.iter().map(|c| by * c).collect::<Vec<f64>>();
     let uncertain = |(k, u): (usize, &UncertainNumber)| prediction.slopes.iter().map(|row| row[k] * u.deviation).collect();
     // Films follow one correlation; what parts store does not: each has its own shape and material.
     let own = |(h, column): (&Hypothesis, &Vec<f64>)| h.discrepancy(network, &problem.discrepancy).map(|spread| scaled(column, spread));
     parts.extend(catalogue.iter().zip(columns).filter_map(own));
-    let number = |(h, column): (&Hypothesis, &Vec<f64>)| h.of_a_number(network).map(|unit| scaled(column, unit));
+    let number = |(unit, column): (&Option<f64>, &Vec<f64>)| unit.map(|unit| scaled(column, unit));
     parts.with_numbers(
-        problem.uncertain.iter().enumerate().map(uncertain).collect(),
-        catalogue.iter().zip(columns).filter_map(number).collect(),
+        problem.uncertain.iter().enumerate().map(uncertain).chain(of_heats).collect(),
+        numbers.iter().zip(columns).filter_map(number).collect(),
     );
     parts
 }

@@ -132,7 +132,8 @@ pub struct ErrorParts {
     sensors: Vec<Vec<f64>>,
     /// Changes of the readings with the factors between tests, K: of all heats, and of every temperature of the surroundings.
     tests: Vec<Vec<f64>>,
-    /// Change of the readings with one standard deviation of each number that the machine file calls uncertain, K.
+    /// Change of the readings with one standard deviation of each number that the machine file calls uncertain, and of each measured
+    /// heat, K.
     uncertain: Vec<Vec<f64>>,
     /// Change of the readings with the natural logarithm of each number of the machine file, K.
     numbers: Vec<Vec<f64>>,
@@ -187,8 +188,8 @@ impl ErrorParts {
         self.stated.extend(columns);
     }
 
-    /// Sets the change of the readings with one standard deviation of each number called uncertain, and with the natural
-    /// logarithm of each number of the file, K.
+    /// Sets the change of the readings with one standard deviation of each number called uncertain or measured heat, and with the
+    /// natural logarithm of each number of the file, K.
     pub fn with_numbers(&mut self, uncertain: Vec<Vec<f64>>, numbers: Vec<Vec<f64>>) {
         (self.uncertain, self.numbers) = (uncertain, numbers);
     }

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use crate::faulty_readings::FaultRecord;
-use crate::identify::{Advice, Estimate, Free, IdentifyProblem, ParameterProfile};
+use crate::identify::{Advice, Estimate, Free, IdentifyProblem, ParameterProfile, SearchEnd};
 use crate::measurement::{AccountRecord, Data, whiten};
 use coldplate_base::units::Measurand;
 use coldplate_describe::machine::Machine;
@@ -36,6 +36,7 @@ pub struct IdentifyRecord {
     pub next_tests: Vec<NextTestRecord>,
     /// Misfit that each start of the search ended with.
     pub starts: Vec<f64>,
+    pub search: SearchRecord,
     /// Path of the identified machine, if one was asked for.
     pub machine: Option<String>,
     pub evaluations: usize,
@@ -47,6 +48,28 @@ pub struct IdentifyRecord {
     /// Account of the data: lines and readings that count, and those that do not.
     pub account: AccountRecord,
     pub seconds: f64,
+}
+
+/// How the search ended.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)]
+pub struct SearchRecord {
+    /// `at_rest`, `no_step` (no step led down) or `step_limit` (the most steps were made). If it is not `at_rest`, values are the
+    /// best so far, and none is said to be undetermined.
+    pub ended: &'static str,
+    /// Wider search that a misfit asked for which the stated errors do not explain.
+    pub wider: Option<WiderRecord>,
+}
+
+/// Account of a wider search.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)]
+pub struct WiderRecord {
+    /// Points that were looked at.
+    pub points: usize,
+    /// Misfit of the search before it.
+    pub before: f64,
+    pub after: f64,
 }
 
 /// One parameter with its 95 % interval.
@@ -61,6 +84,8 @@ pub struct ParameterRecord {
     pub at_bound: bool,
     /// Not determined by these data: the file's value.
     pub kept: bool,
+    /// `found`, `like_zero` (not told from zero by the data), `at_bound`, `not_determined` or `not_at_rest`.
+    pub status: &'static str,
     pub profile: Option<ProfileRecord>,
 }
 
@@ -233,6 +258,13 @@ impl Estimate {
                 high: p.shown(self.intervals[k].1),
                 at_bound: self.at_bound[k],
                 kept: self.kept[k],
+                status: match (self.search_end, self.kept[k], self.at_bound[k]) {
+                    (SearchEnd::NoStep | SearchEnd::StepLimit, ..) => "not_at_rest",
+                    (SearchEnd::AtRest, true, _) => "not_determined",
+                    (SearchEnd::AtRest, ..) if self.free[k].is_like_zero => "like_zero",
+                    (SearchEnd::AtRest, false, true) => "at_bound",
+                    (SearchEnd::AtRest, false, false) => "found",
+                },
                 profile,
             };
             (problem.free[k].name(), record)
@@ -281,6 +313,10 @@ impl Estimate {
             }),
             next_tests: advice.iter().take(5).map(next).collect(),
             starts: self.ends.clone(),
+            search: SearchRecord {
+                ended: self.search_end.key(),
+                wider: self.wider.map(|w| WiderRecord { points: w.points, before: w.before, after: w.after }),
+            },
             machine: None,
             evaluations: self.evaluations,
             off_in_full_K: self.off_in_full,

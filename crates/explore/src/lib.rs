@@ -22,6 +22,7 @@ pub mod cluster;
 pub mod external;
 pub mod schedule;
 pub mod simulate;
+pub mod stop;
 pub mod sweep;
 
 pub use schedule::{Schedule, ScheduleOptions};

@@ -13,8 +13,9 @@ use coldplate_base::atomic_file;
 use coldplate_base::error::{Error, Result};
 use coldplate_base::progress::Progress;
 use coldplate_evidence::command_input;
-use coldplate_evidence::identify::{self, Free, IdentifyOptions, IdentifyProblem};
+use coldplate_evidence::identify::{self, Advice, Estimate, Free, IdentifyOptions, IdentifyProblem, ParameterProfile};
 use coldplate_evidence::record::HeldOut;
+use coldplate_explore::stop;
 use coldplate_solve::study::{StateTables, Study};
 use show::IdentifyResults;
 
@@ -81,7 +82,11 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     command_input::drop_sensors(&mut all, &args.without)?;
     let uncertainty = measured::uncertainty(args.data.as_deref(), &args.machine, &all, machine, out)?;
     let start = command_input::start(&args.from)?;
-    let faults = command_input::clear(&mut all, &study, &uncertainty, start, args.keep_all)?;
+    let faults = {
+        let progress = out.progress();
+        progress.at("faulty readings");
+        command_input::clear(&mut all, &study, &uncertainty, start, args.keep_all)?
+    };
     let (data, others) = if args.use_tests.is_empty() {
         (all.clone(), None)
     } else {
@@ -109,19 +114,11 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     if !args.scan.is_empty() {
         return scan::run(args, &problem, out);
     }
+    stop::listen();
     let progress = out.progress();
     let options = IdentifyOptions { starts: args.starts.into(), ..IdentifyOptions::default() };
     let estimate = identify::identify_and_learn(&problem, &options, &progress)?;
-    let (profiles, advice) = if args.brief {
-        (Vec::new(), Vec::new())
-    } else {
-        progress.say("profile likelihoods, further tests");
-        let profiles =
-            (0..problem.free.len()).filter(|k| !estimate.kept[*k]).map(|k| identify::profile_heard(&problem, &estimate, k, &progress));
-        let profiles = profiles.collect::<Result<Vec<_>>>()?;
-        progress.at("further tests");
-        (profiles, identify::next_tests(&problem, &estimate, &(0..problem.study.model.machine.sensors.len()).collect::<Vec<_>>())?)
-    };
+    let (profiles, advice) = if args.brief { (Vec::new(), Vec::new()) } else { further(&problem, &estimate, out, &progress)? };
     let held_out = match &others {
         Some(others) => {
             let study = problem.machine_at(&estimate.values)?;
@@ -150,4 +147,30 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     };
     out.report(&found.text(), &found.record());
     Ok(0)
+}
+
+/// Profiles of the parameters found, and advice on further tests. Both are left out, with a word, once the process is told to
+/// stop: the estimate stands.
+fn further(
+    problem: &IdentifyProblem,
+    estimate: &Estimate,
+    out: Output,
+    progress: &dyn Progress,
+) -> Result<(Vec<ParameterProfile>, Vec<Advice>)> {
+    progress.say("profile likelihoods, further tests");
+    let mut profiles = Vec::new();
+    for k in (0..problem.free.len()).filter(|k| !estimate.kept[*k]) {
+        let profile = identify::profile_heard(problem, estimate, k, progress);
+        if stop::is_asked() {
+            break;
+        }
+        profiles.push(profile?);
+    }
+    if stop::is_asked() {
+        out.note("stopped by a signal: the values found are kept, further profiles and the advice on tests are left out");
+        return Ok((profiles, Vec::new()));
+    }
+    progress.at("further tests");
+    let sensors: Vec<usize> = (0..problem.study.model.machine.sensors.len()).collect();
+    Ok((profiles, identify::next_tests(problem, estimate, &sensors)?))
 }

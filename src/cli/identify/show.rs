@@ -74,7 +74,9 @@ impl IdentifyResults<'_> {
                     format!("{} to {}", self.shown(k, estimate.intervals[k].0), self.shown(k, estimate.intervals[k].1)),
                     profile,
                     match (estimate.kept[k], estimate.at_bound[k]) {
+                        _ if estimate.search_end.reason().is_some() => "not at rest".into(),
                         (true, _) => "not determined".into(),
+                        _ if estimate.free[k].is_like_zero => "not told from zero".into(),
                         (false, true) => "at its bound".into(),
                         (false, false) => String::new(),
                     },
@@ -96,7 +98,37 @@ impl IdentifyResults<'_> {
             let by = significant(mesh, 2);
             text += &format!("  predictions are continued to an endlessly fine mesh, which changes them by up to {by} K\n");
         }
+        text += &self.columns();
+        text += &self.search();
         text += &self.model_error();
+        text
+    }
+
+    /// Heats that are columns of the table, with the uncertainty that these have.
+    fn columns(&self) -> String {
+        let (problem, estimate) = (self.problem, self.estimate);
+        let own = problem.free.iter().zip(&estimate.free).filter(|(given, own)| given.prior.is_none() && own.prior.is_some());
+        own.map(|(_, own)| {
+            let share = own.prior.map_or(0.0, |(value, deviation)| 100.0 * deviation / value);
+            format!("  {} is measured: it is found within the {} % that are stated of its column\n", own.name(), significant(share, 2))
+        })
+        .collect()
+    }
+
+    /// How the search ended, where that is not plain.
+    fn search(&self) -> String {
+        let mut text = String::new();
+        if let Some(wider) = self.estimate.wider {
+            text += &format!("  the stated errors do not explain this misfit: a wider search looked at {} further points; ", wider.points);
+            text += &match wider.after < wider.before {
+                true => format!("it lowered the misfit from {:.1} to {:.1}\n", wider.before, wider.after),
+                false => "it found nothing better\n".to_string(),
+            };
+        }
+        if let Some(reason) = self.estimate.search_end.reason() {
+            text += &format!("  the search did not come to rest ({reason}): the values are the best so far, and nothing is said of\n");
+            text += "  how well the data determine them; try other values with --set, bounds with --free KEY=LOW..HIGH, or more --starts\n";
+        }
         text
     }
 

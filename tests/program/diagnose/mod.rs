@@ -6,6 +6,7 @@ mod faults;
 mod over_time;
 mod pipe;
 mod refused;
+mod stated;
 
 fn scratch(name: &str) -> std::path::PathBuf {
     crate::common::scratch(&format!("diagnose-{name}"))

@@ -8,6 +8,7 @@ mod loggers;
 mod per_test;
 mod predict;
 mod response;
+mod search;
 
 fn scratch(name: &str) -> std::path::PathBuf {
     crate::common::scratch(&format!("identify-{name}"))

@@ -72,17 +72,23 @@ impl Family for Heat {
                     None => (format!("source.{}.power", quoted(&source.name)), "W"),
                 };
                 let Some(Leaf::Text(now)) = edit.study.document().leaf(&key)? else { return Ok(None) };
-                let watts = match units::quantity(&now) {
-                    Some((number, stated, dimension)) => {
+                let factor = |power: &str| format!("({power}) * (1 + ({amplitude:?}) * ({}))", edit.law());
+                let line = match (units::quantity(&now), edit.machine().variables.iter().find(|v| v.name == now.trim())) {
+                    (Some((number, stated, dimension)), _) => {
                         let watts = units::convert(number, stated, dimension)?;
-                        if edit.is_constant() {
-                            return Ok(Some(vec![(key, text(format!("{:?} {unit}", watts * (1.0 + amplitude))))]));
+                        match edit.is_constant() {
+                            true => text(format!("{:?} {unit}", watts * (1.0 + amplitude))),
+                            false => text(factor(&format!("{watts:?}"))),
                         }
-                        format!("{watts:?}")
                     }
-                    None => now,
+                    // A variable alone has its unit with it; in a formula it is a number.
+                    (None, Some(variable)) => {
+                        let (name, unit) = variable.in_expressions();
+                        format!("{{ formula = {}, unit = {} }}", text(factor(&name)), text(unit))
+                    }
+                    (None, None) => text(factor(&now)),
                 };
-                Ok(Some(vec![(key, text(format!("({watts}) * (1 + ({amplitude:?}) * ({}))", edit.law())))]))
+                Ok(Some(vec![(key, line)]))
             }
         }
     }

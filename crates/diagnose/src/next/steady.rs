@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use super::outlook::{Outlook, all_sensors, moved, open_causes};
 use super::worth::Stakes;
+use crate::stated::Stated;
 use crate::view::open_factors;
 use crate::{Cause, Explanation, Hypothesis, Predictor, Problem, signatures};
 use coldplate_base::error::Result;
@@ -48,7 +49,7 @@ pub(super) fn steady(problem: &Problem, alive: &[&Explanation], predictor: &Pred
     wanted.extend(causes.iter().cloned());
     let found = signatures(&problem.study, &data, problem.runs(), &[], &wanted, predictor.scales, &problem.user)?;
     let (columns, factors) = found.columns.split_at(own);
-    let factors = open_factors(&problem.discrepancy, &causes, factors, data.count());
+    let factors = open_factors(&problem.discrepancy, &Stated::of(problem, &problem.study), &causes, factors, data.count());
     let (values, fields) = (&found.prediction.values, &found.fields);
     let there = Predictor { data: &data, predicted: values, fields, ..*predictor };
     let first = |k: usize| alive[..k].iter().map(|e| e.causes.len()).sum::<usize>();

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use super::outlook::{Outlook, all_sensors, moved, open_causes};
 use crate::predictor::{Extended, Predictor};
+use crate::stated::Stated;
 use crate::view::open_factors;
 use crate::{Cause, Explanation, Hypothesis, Problem, signatures};
 use coldplate_base::condition::{COOLANT_FLOW, MOTOR_SPEED};
@@ -234,6 +235,6 @@ fn errors(predictor: &Predictor<'_>, problem: &Problem, base: &Condition) -> Res
     });
     let of_condition = problem.uncertainty.at(base).into_iter().enumerate();
     let of_condition = of_condition.map(|(v, e)| slopes.iter().map(|row| row[v] * e).collect::<Vec<f64>>());
-    let open = open_factors(&problem.discrepancy, &causes, &found.columns, sensors);
+    let open = open_factors(&problem.discrepancy, &Stated::of(problem, &problem.study), &causes, &found.columns, sensors);
     Ok(Errors { noise, common: own.chain(of_condition).chain(open).collect() })
 }

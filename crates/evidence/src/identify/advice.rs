@@ -92,7 +92,7 @@ fn gain(problem: &IdentifyProblem, estimate: &Estimate, slopes: &[Vec<f64>], dev
     let common: Vec<Vec<f64>> = errors.iter().enumerate().map(|(v, error)| slopes.iter().map(|row| row[p + v] * error).collect()).collect();
     let whitener = Whitener::new(deviation, &common);
     let mut jacobian = DMatrix::zeros(n, p);
-    for (k, free) in problem.free.iter().enumerate() {
+    for (k, free) in estimate.free.iter().enumerate() {
         // In the changed file a factor counts from the value found.
         let counted = if free.parameter.kind == ParameterKind::Factor { 1.0 / estimate.values[k] } else { 1.0 };
         let scale = counted * if free.is_logarithmic { estimate.values[k] } else { 1.0 };

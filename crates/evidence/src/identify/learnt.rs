@@ -16,7 +16,7 @@ use coldplate_base::error::Result;
 /// docs/method/identification.md.
 pub(super) const ALLOWED: f64 = 0.05;
 /// Probability of the misfit below which chance is excluded. Chosen: a larger one lets chance widen the intervals of logs.
-const CERTAIN: f64 = 1e-3;
+pub(super) const CERTAIN: f64 = 1e-3;
 /// Most turns of learning the level and finding the parameters under it, count. Chosen: each costs a search.
 const MOST_ROUNDS: usize = 4;
 /// Share of the second differences, the largest ones, that may be jumps of the model and are left out. Chosen: a larger share

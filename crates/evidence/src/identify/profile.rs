@@ -41,14 +41,15 @@ pub fn profile_heard(
     parameter: usize,
     progress: &dyn Progress,
 ) -> Result<ParameterProfile> {
-    let free = &problem.free[parameter];
-    let best: Vec<f64> = problem.free.iter().zip(&estimate.values).map(|(f, v)| f.coordinate(*v)).collect();
+    let free = &estimate.free[parameter];
+    let best: Vec<f64> = estimate.free.iter().zip(&estimate.values).map(|(f, v)| f.coordinate(*v)).collect();
     let (low, high) = free.coordinate_bounds();
     let spread = estimate.deviations[parameter].min((high - low) / 4.0);
     let rise = RISE_95 * estimate.rises[parameter];
     let mut search = Search::new(problem, progress).corrected(estimate.mesh.clone());
+    search.free.clone_from(&estimate.free);
     search.stride = estimate.stride.clone();
-    search.frozen = (0..problem.free.len()).filter(|k| *k == parameter || estimate.kept[*k]).collect();
+    search.frozen = (0..estimate.free.len()).filter(|k| *k == parameter || estimate.kept[*k]).collect();
     let mut points = vec![(best[parameter], 0.0)];
     for side in [-1.0, 1.0] {
         let mut last = Point { coordinates: best.clone(), ..estimate.end.clone() };
@@ -66,7 +67,7 @@ pub fn profile_heard(
                 let along = estimate.given[(k, parameter)] / own * moved;
                 if k == parameter { coordinate } else { (last.coordinates[k] + along.clamp(-1.0, 1.0)).clamp(low, high) }
             };
-            let from: Vec<f64> = problem.free.iter().enumerate().map(from).collect();
+            let from: Vec<f64> = estimate.free.iter().enumerate().map(from).collect();
             // The slopes of a log are carried from point to point; those of a steady table are found anew.
             let start = if problem.data.is_transient() {
                 let (matrix, _) = search.normal(&last, &estimate.whitener);
@@ -75,7 +76,7 @@ pub fn profile_heard(
                 search.point(from, &estimate.whitener)
             };
             let Ok(start) = start else { break };
-            let end = if search.frozen.len() < problem.free.len() { search.descend(start, &estimate.whitener) } else { start };
+            let end = if search.frozen.len() < estimate.free.len() { search.descend(start, &estimate.whitener) } else { start };
             points.push((coordinate, end.cost - estimate.least));
             last = end;
         }

@@ -1,43 +1,26 @@
-//! Levenberg and Marquardt's method on the whitened misfit.
+//! Levenberg and Marquardt's method on the whitened misfit: points, their curvature, and the steps from them.
 
 use nalgebra::{DMatrix, DVector};
 
 use super::predict::{Pace, Steps};
+use super::search_end::SearchEnd;
 use super::{Derivatives, Free, IdentifyProblem, MeshShare, Prediction};
-use crate::measurement::{Whitener, whiten};
-use coldplate_base::error::Result;
-use coldplate_base::numbers::sum_of_squares;
+use crate::measurement::{MeasuredHeat, Whitener, whiten};
+use coldplate_base::document::Document;
+use coldplate_base::error::{Error, Result};
+use coldplate_base::numbers::{significant, sum_of_squares};
 use coldplate_base::progress::Progress;
+use coldplate_explore::stop;
 
-/// The search ends if no coordinate moves by more than this share of its standard deviation. Chosen: far below the interval.
-const STEP_TOLERANCE: f64 = 1e-3;
-/// Most steps of a search, count. Chosen: a guard against a search that does not end.
-const MOST_STEPS: usize = 40;
-/// Damping that counts as none, relative to the diagonal of the curvature. Chosen.
-const UNDAMPED: f64 = 1e-9;
-/// Least expected fall of the misfit for which a search through logs goes on, as a share of the misfit per degree of freedom:
-/// time steps leave some noise. At 0.02 a coordinate is within a seventh of its standard deviation, the root of 0.02. The noise
-/// grows with the residuals that it adds to. If the stated errors explain ever less of these, the end need not be known as
-/// well: the share grows as the root of the factor by which the misfit is too large.
-const LEAST_GAIN: f64 = 0.02;
 /// Derivatives with respect to the conditions are reused at points whose coordinates differ by no more than this share of their
 /// size. Chosen: a larger one saves runs of logs.
 const ALIKE: f64 = 0.1;
-/// Damping up to which a step is nearly Newton's, so that its length is the distance to the minimum. Dimensionless; chosen.
-const FREE: f64 = 1e-2;
-/// Most trials of one step, each more damped than the one before, count. Chosen: each costs a prediction.
-const MOST_TRIALS: usize = 8;
-/// Two starts have the same end if no coordinate differs by more than this share of its standard deviation. Chosen: a larger
-/// one saves runs.
-const THERE: f64 = 0.5;
 /// Error allowed in each time step of a log of a machine of cells on the way to the end, over that at the end. Dimensionless;
 /// chosen: a larger one is faster and adds noise.
 const ON_THE_WAY: f64 = 20.0;
 /// Logs on the way are run in the time steps of another point whose coordinates differ by no more than this share of their
 /// size. Chosen: common steps avoid noise, and farther away their error grows.
 const IN_STEP: f64 = 0.5;
-/// Longest step of a coordinate that is a logarithm, dimensionless. Chosen: a factor of 4.5.
-const LONGEST: f64 = 1.5;
 
 /// A point of the search.
 #[derive(Debug, Clone, PartialEq)]
@@ -70,6 +53,11 @@ impl Stride {
 /// The search of one problem, with its cost so far.
 pub(super) struct Search<'a> {
     pub problem: &'a IdentifyProblem,
+    /// The parameters, with the scales and limits in which they are searched now.
+    pub free: Vec<Free>,
+    /// Parameters that are the heat of a column, with the variable of that column: the parameter has the column's uncertainty as its
+    /// prior, and the column has no error of its own where the parameter acts.
+    columns: Vec<(usize, usize)>,
     /// Readings less the mesh's share, K: they compare with predictions on the model's own mesh.
     pub readings: Vec<f64>,
     pub mesh: MeshShare,
@@ -83,6 +71,10 @@ pub(super) struct Search<'a> {
     /// Point at which a log's derivatives with respect to the conditions were computed last, and these derivatives.
     sloped: Option<(Vec<f64>, Vec<Vec<f64>>)>,
     pub stride: Stride,
+    /// How the last descent ended.
+    pub ended: SearchEnd,
+    /// Coordinates and misfit of the point that the last step led to.
+    pub reached: Option<(Vec<f64>, f64)>,
     progress: &'a dyn Progress,
 }
 
@@ -92,8 +84,23 @@ impl<'a> Search<'a> {
         let mesh = MeshShare::none(readings.len());
         let stride = Stride::default();
         let accuracy = problem.accuracy();
-        let (frozen, sloped) = (Vec::new(), None);
-        Self { problem, readings, mesh, evaluations: 0, frozen, accuracy, tolerance: accuracy, sloped, stride, progress }
+        let (free, columns) = with_measured_heats(problem);
+        Self {
+            problem,
+            free,
+            columns,
+            readings,
+            mesh,
+            evaluations: 0,
+            frozen: Vec::new(),
+            accuracy,
+            tolerance: accuracy,
+            sloped: None,
+            stride,
+            ended: SearchEnd::AtRest,
+            reached: None,
+            progress,
+        }
     }
 
     /// The search with the mesh's share subtracted from the readings.
@@ -127,16 +134,29 @@ impl<'a> Search<'a> {
         Whitener::new(&whiten::deviations(data, uncertainty), &common)
     }
 
+    /// Whitening by the stated deviation of each reading alone, without derivatives.
+    pub fn apart(&self) -> Whitener {
+        let IdentifyProblem { data, uncertainty, .. } = self.problem;
+        let own = whiten::places(data).into_iter().zip(whiten::deviations(data, uncertainty));
+        Whitener::new(&own.map(|((_, k), d)| d.hypot(uncertainty.bias[k])).collect::<Vec<_>>(), &[])
+    }
+
+    /// Reports a stage of the search.
+    pub fn say(&self, what: &str) {
+        self.progress.say(what);
+    }
+
     pub fn values(&self, coordinates: &[f64]) -> Vec<f64> {
-        self.problem.free.iter().zip(coordinates).map(|(f, c)| f.value(*c)).collect()
+        self.free.iter().zip(coordinates).map(|(f, c)| f.value(*c)).collect()
     }
 
     /// A point with the derivatives with respect to the conditions, and the covariance these give.
     pub fn whole(&mut self, coordinates: Vec<f64>) -> Result<(Point, Whitener)> {
+        self.may_go_on()?;
         let values = self.values(&coordinates);
         let is_alike = |near: &[f64]| {
             let of = |(free, (a, b)): (&Free, (&f64, &f64))| (a - b).abs() <= ALIKE * free.size(free.value(*a));
-            self.problem.free.iter().zip(coordinates.iter().zip(near)).all(of)
+            self.free.iter().zip(coordinates.iter().zip(near)).all(of)
         };
         let known = self.sloped.as_ref().filter(|(near, _)| is_alike(near)).map(|(_, conditions)| conditions.clone());
         let mut prediction = if self.has_strides() {
@@ -152,6 +172,7 @@ impl<'a> Search<'a> {
         } else {
             self.problem.predict_some(&values, Derivatives { parameters: true, conditions: known.is_none() }, Pace::own(self.accuracy))?.0
         };
+        self.without_columns(&mut prediction);
         match known {
             Some(conditions) => prediction.conditions = conditions,
             None if self.problem.data.is_transient() => self.sloped = Some((coordinates.clone(), prediction.conditions.clone())),
@@ -161,6 +182,19 @@ impl<'a> Search<'a> {
         let whitener = self.stated(&prediction);
         let cost = self.cost(&coordinates, &prediction, &whitener);
         Ok((Point { coordinates, prediction, cost, is_sloped: true }, whitener))
+    }
+
+    /// Takes the errors of columns away from the readings in which a parameter stands for them.
+    fn without_columns(&self, prediction: &mut Prediction) {
+        let data = &self.problem.data;
+        let acts = |k: usize, row: usize| self.problem.held_in(Some(&data.rows[row].test)).contains(&k);
+        for (k, variable) in &self.columns {
+            for ((row, _), slopes) in whiten::places(data).into_iter().zip(&mut prediction.conditions) {
+                if let Some(slope) = slopes.get_mut(*variable).filter(|_| acts(*k, row)) {
+                    *slope = 0.0;
+                }
+            }
+        }
     }
 
     /// Whether logs are run in longer time steps on the way: only for machines of cells.
@@ -175,7 +209,7 @@ impl<'a> Search<'a> {
         }
         let Stride { coordinates: known, steps, .. } = &self.stride;
         let is_near = |(free, (a, b)): (&Free, (&f64, &f64))| (a - b).abs() <= IN_STEP * free.size(free.value(*b));
-        let is_near = known.len() == coordinates.len() && self.problem.free.iter().zip(coordinates.iter().zip(known)).all(is_near);
+        let is_near = known.len() == coordinates.len() && self.free.iter().zip(coordinates.iter().zip(known)).all(is_near);
         Pace { tolerance: ON_THE_WAY * self.accuracy, steps: is_near.then_some(steps) }
     }
 
@@ -185,7 +219,28 @@ impl<'a> Search<'a> {
         self.predicted(coordinates, moves, whitener)
     }
 
-    fn predicted(&mut self, coordinates: Vec<f64>, is_sloped: bool, whitener: &Whitener) -> Result<Point> {
+    /// Checks that the process was not told to stop.
+    ///
+    /// # Errors
+    /// The process was told to stop: the error says how far the search came.
+    fn may_go_on(&self) -> Result<()> {
+        if !stop::is_asked() {
+            return Ok(());
+        }
+        let error = Error::input("stopped by a signal before the search came to its end; nothing was written");
+        let Some((coordinates, cost)) = &self.reached else { return Err(error.help("nothing was found yet: start again")) };
+        let found = self.free.iter().zip(self.values(coordinates)).map(|(free, value)| {
+            let p = &free.parameter;
+            let unit = if p.unit == "1" { String::new() } else { format!(" {}", p.unit) };
+            format!("{} = {}{unit}", free.name(), significant(p.shown(value), 5))
+        });
+        let found = found.collect::<Vec<_>>().join(", ");
+        Err(error.help(format!("the last values had a misfit of {cost:.1}, and --set KEY=VALUE begins there: {found}")))
+    }
+
+    /// A point with its slopes, or without them.
+    pub fn predicted(&mut self, coordinates: Vec<f64>, is_sloped: bool, whitener: &Whitener) -> Result<Point> {
+        self.may_go_on()?;
         let mut prediction = self.problem.predict_free(&self.values(&coordinates), is_sloped, self.pace(&coordinates))?;
         prediction.values.iter_mut().zip(&self.stride.share).for_each(|(v, s)| *v += s);
         self.evaluations += 1;
@@ -206,7 +261,7 @@ impl<'a> Search<'a> {
         let moved: Vec<f64> = there.coordinates.iter().zip(&here.coordinates).map(|(t, h)| t - h).collect();
         let weighed: Vec<f64> = moved.iter().enumerate().map(|(k, m)| m * matrix[(k, k)]).collect();
         let length: f64 = moved.iter().zip(&weighed).map(|(m, w)| m * w).sum();
-        let scales: Vec<f64> = self.problem.free.iter().zip(&there.coordinates).map(|(f, c)| f.scale(*c)).collect();
+        let scales: Vec<f64> = self.free.iter().zip(&there.coordinates).map(|(f, c)| f.scale(*c)).collect();
         let mended = |i: usize| {
             let expected: f64 = slopes.iter().zip(&moved).map(|(column, m)| column[i] * m).sum();
             let missed = (there.prediction.values[i] - here.prediction.values[i] - expected) / length.max(f64::MIN_POSITIVE);
@@ -238,19 +293,19 @@ impl<'a> Search<'a> {
             let scale = free.scale(at.coordinates[k]);
             at.prediction.slopes.iter().map(|row| row[k] * scale).collect()
         };
-        self.problem.free.iter().enumerate().map(of).collect()
+        self.free.iter().enumerate().map(of).collect()
     }
 
     /// One over the variance of each coordinate's prior; zero without one.
     pub(crate) fn prior_information(&self) -> Vec<f64> {
-        self.problem.free.iter().map(|f| prior(f).map_or(0.0, |(_, spread)| 1.0 / (spread * spread))).collect()
+        self.free.iter().map(|f| prior(f).map_or(0.0, |(_, spread)| 1.0 / (spread * spread))).collect()
     }
 
     /// Change of the readings with each parameter, K, over the parameter's plausible range: its prior's standard deviation, or
     /// its size.
     pub(crate) fn broad_columns(&self, at: &Point) -> Vec<Vec<f64>> {
         let mut columns = self.slopes(at);
-        for (k, (free, column)) in self.problem.free.iter().zip(&mut columns).enumerate() {
+        for (k, (free, column)) in self.free.iter().zip(&mut columns).enumerate() {
             let reach = prior(free).map_or_else(|| free.size(free.value(at.coordinates[k])), |(_, spread)| spread);
             column.iter_mut().for_each(|c| *c *= reach);
         }
@@ -258,7 +313,7 @@ impl<'a> Search<'a> {
     }
 
     fn cost(&self, coordinates: &[f64], prediction: &Prediction, whitener: &Whitener) -> f64 {
-        sum_of_squares(&self.residual(prediction, whitener)) + priors(&self.problem.free, coordinates)
+        sum_of_squares(&self.residual(prediction, whitener)) + priors(&self.free, coordinates)
     }
 
     /// Whitened derivatives with respect to the coordinates.
@@ -276,7 +331,7 @@ impl<'a> Search<'a> {
         let jacobian = self.jacobian(at, whitener);
         let residual = DVector::from_vec(self.residual(&at.prediction, whitener));
         let (mut matrix, mut right) = (jacobian.transpose() * &jacobian, jacobian.transpose() * residual);
-        for (k, free) in self.problem.free.iter().enumerate() {
+        for (k, free) in self.free.iter().enumerate() {
             if let Some((centre, spread)) = prior(free) {
                 matrix[(k, k)] += 1.0 / (spread * spread);
                 right[k] += (centre - at.coordinates[k]) / (spread * spread);
@@ -284,136 +339,21 @@ impl<'a> Search<'a> {
         }
         (matrix, right)
     }
+}
 
-    /// Point to which a damped step leads; `None` if the curvature is not positive.
-    fn step(&self, at: &Point, matrix: &DMatrix<f64>, right: &DVector<f64>, damping: f64) -> Option<Vec<f64>> {
-        let largest = matrix.diagonal().max().max(1e-300);
-        let (mut damped, mut aim) = (matrix.clone(), right.clone());
-        for k in 0..aim.len() {
-            damped[(k, k)] += damping * matrix[(k, k)].max(1e-9 * largest);
-            if self.is_stuck(k, at.coordinates[k], right[k]) {
-                damped.row_mut(k).fill(0.0);
-                damped.column_mut(k).fill(0.0);
-                damped[(k, k)] = 1.0;
-                aim[k] = 0.0;
+/// The parameters of a problem, and those among them that are the heat of a column, with its variable.
+fn with_measured_heats(problem: &IdentifyProblem) -> (Vec<Free>, Vec<(usize, usize)>) {
+    let (machine, mut free, mut columns) = (&problem.study.model.machine, problem.free.clone(), Vec::new());
+    for heat in MeasuredHeat::all(machine, &problem.data, &problem.uncertainty) {
+        let key = ["source", &machine.sources[heat.source].name, "power"];
+        for (k, own) in free.iter_mut().enumerate() {
+            if Document::names_in(&own.parameter.name).is_some_and(|names| names == key) {
+                own.as_certain_as(heat.deviation);
+                columns.push((k, heat.variable));
             }
         }
-        let step = damped.cholesky()?.solve(&aim);
-        let to = |(k, free): (usize, &Free)| {
-            let reach = if free.is_logarithmic { LONGEST } else { f64::INFINITY };
-            let (low, high) = free.coordinate_bounds();
-            (at.coordinates[k] + step[k].clamp(-reach, reach)).clamp(low, high)
-        };
-        let to: Vec<f64> = self.problem.free.iter().enumerate().map(to).collect();
-        to.iter().all(|c| c.is_finite()).then_some(to)
     }
-
-    /// Whether a coordinate is held: frozen, or at a bound that the step would cross.
-    fn is_stuck(&self, k: usize, coordinate: f64, downhill: f64) -> bool {
-        let (low, high) = self.problem.free[k].coordinate_bounds();
-        self.frozen.contains(&k) || (coordinate <= low && downhill < 0.0) || (coordinate >= high && downhill > 0.0)
-    }
-
-    /// Whether no coordinate moves by more than a share of its standard deviation.
-    fn is_small(from: &[f64], to: &[f64], matrix: &DMatrix<f64>, share: f64) -> bool {
-        (0..to.len()).all(|k| to[k] == from[k] || (to[k] - from[k]).abs() <= share / matrix[(k, k)].max(1e-300).sqrt())
-    }
-
-    /// Whether an undamped step under this covariance would move a point by less than a share of its standard deviation.
-    pub fn rests(&self, at: &Point, whitener: &Whitener, share: f64) -> bool {
-        let (matrix, right) = self.normal(at, whitener);
-        let is_small = |to: Vec<f64>| Self::is_small(&at.coordinates, &to, &matrix, share);
-        self.is_spent(at, &matrix, &right) || self.step(at, &matrix, &right, UNDAMPED).is_none_or(is_small)
-    }
-
-    /// Whether a search through logs is at its end: the gain of an undamped step is below the noise of time steps.
-    fn is_spent(&self, at: &Point, matrix: &DMatrix<f64>, right: &DVector<f64>) -> bool {
-        let Some(to) = self.step(at, matrix, right, UNDAMPED).filter(|_| self.problem.data.is_transient()) else { return false };
-        let step = DVector::from_iterator(to.len(), to.iter().zip(&at.coordinates).map(|(t, c)| t - c));
-        let gain = 2.0 * right.dot(&step) - step.dot(&(matrix * &step));
-        gain <= self.least_gain(at.cost)
-    }
-
-    /// Gain below which no further step is made at a misfit of `cost`; zero in steady tables.
-    fn least_gain(&self, cost: f64) -> f64 {
-        if !self.problem.data.is_transient() {
-            return 0.0;
-        }
-        let freedom = self.readings.len().saturating_sub(self.problem.free.len()).max(1) as f64;
-        LEAST_GAIN * (self.tolerance / self.accuracy) * (cost / freedom).max(1.0).powf(1.5)
-    }
-
-    /// Descends from one point with the covariance held. Ends if steps are small or no step leads down.
-    pub(crate) fn descend(&mut self, here: Point, whitener: &Whitener) -> Point {
-        self.descend_unless(here, whitener, &[])
-    }
-
-    /// Descends as [`Search::descend`] does. A search that comes to the end of another start returns that end.
-    pub(crate) fn descend_unless(&mut self, mut here: Point, whitener: &Whitener, ends: &[Point]) -> Point {
-        // A point without free coordinates was predicted without its slopes.
-        if (0..here.coordinates.len()).all(|k| self.frozen.contains(&k)) {
-            return here;
-        }
-        let mut damping = 1e-4;
-        for _ in 0..MOST_STEPS {
-            let (matrix, right) = self.normal(&here, whitener);
-            let is_there = |end: &&Point| end.cost <= here.cost && Self::is_small(&here.coordinates, &end.coordinates, &matrix, THERE);
-            if let Some(end) = ends.iter().find(is_there) {
-                return end.clone();
-            }
-            if self.is_spent(&here, &matrix, &right) {
-                return here;
-            }
-            let mut improved = false;
-            for _ in 0..MOST_TRIALS {
-                let Some(to) = self.step(&here, &matrix, &right, damping) else {
-                    damping *= 10.0;
-                    continue;
-                };
-                if to == here.coordinates {
-                    return here;
-                }
-                let is_small = Self::is_small(&here.coordinates, &to, &matrix, STEP_TOLERANCE);
-                if is_small && damping <= FREE {
-                    return here;
-                }
-                // No step to a point at which the machine cannot be solved.
-                let Ok(there) = self.after(&here, to, &matrix, whitener) else {
-                    damping = (damping * 10.0).max(1e-2);
-                    continue;
-                };
-                // A damped step may gain little far from the end.
-                let noise = if damping <= FREE { self.least_gain(here.cost) } else { 0.0 };
-                if there.cost <= here.cost {
-                    let gain = here.cost - there.cost;
-                    here = there;
-                    damping = (damping * 0.1).max(UNDAMPED);
-                    if gain <= noise.max(1e-9 * here.cost.max(1e-12)) {
-                        return here;
-                    }
-                    improved = true;
-                    break;
-                }
-                if is_small || there.cost - here.cost <= noise {
-                    return here;
-                }
-                if !here.is_sloped {
-                    break;
-                }
-                damping = (damping * 8.0).max(1e-4);
-            }
-            if improved {
-                continue;
-            }
-            if here.is_sloped {
-                break;
-            }
-            // Slopes carried from elsewhere lead nowhere; the search may go on with slopes computed here.
-            let Ok(sloped) = self.point(here.coordinates.clone(), whitener) else { break };
-            here = sloped;
-        }
-        here
-    }
+    (free, columns)
 }
 
 /// Prior of the coordinate: centre and standard deviation.

@@ -34,6 +34,9 @@ pub fn write_machine(problem: &IdentifyProblem, estimate: &Estimate, tests: &[St
             estimate.misfit.1
         ),
     ];
+    if let Some(reason) = estimate.search_end.reason() {
+        remarks.push(format!("the search did not come to rest ({reason}): the values are the best so far"));
+    }
     if let Some(learnt) = estimate.model_error.map(|m| m.level.in_words(problem.data.is_transient())).filter(|text| !text.is_empty()) {
         remarks.push(format!("model error learnt from the readings: {learnt}"));
     }

@@ -7,6 +7,7 @@
 mod beyond;
 pub mod filter;
 mod from_table;
+mod measured_heats;
 mod reading;
 mod thin;
 mod uncertainty;
@@ -23,6 +24,7 @@ use coldplate_base::units::Measurand;
 use coldplate_describe::machine::{Condition, DescribedVariable, Machine, Measurement};
 use coldplate_tables::{Ledger, Table};
 
+pub use measured_heats::MeasuredHeat;
 pub use reading::ReadingSettings;
 pub use thin::{MOST_READINGS, thinned, thinned_evenly};
 pub use uncertainty::{MeasurementUncertainty, VariableUncertainty};

@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::filter::{Filter, Wandering};
 use super::{Data, MeasurementUncertainty};
+use coldplate_base::numbers::root_mean_square;
 use coldplate_base::units::Measurand;
 use coldplate_describe::machine::Machine;
 
@@ -162,7 +163,10 @@ pub fn common_errors(data: &Data, uncertainty: &MeasurementUncertainty, slopes: 
         groups.extend((0..data.rows.len()).map(|r| vec![r]));
     }
     for group in groups {
-        let deviations = uncertainty.at(&data.rows[group[0]].condition);
+        // A share of a value that changes through a log is as large as in the root mean square of its rows.
+        let rows: Vec<Vec<f64>> = group.iter().map(|r| uncertainty.at(&data.rows[*r].condition)).collect();
+        let deviations = (0..uncertainty.variables.len()).map(|v| root_mean_square(&rows.iter().map(|row| row[v]).collect::<Vec<_>>()));
+        let deviations: Vec<f64> = deviations.collect();
         for (v, deviation) in deviations.iter().enumerate().filter(|(_, d)| **d > 0.0) {
             let of = |(i, (r, _)): (usize, &(usize, usize))| if group.contains(r) { deviation * slopes[i][v] } else { 0.0 };
             common.push(places.iter().enumerate().map(of).collect());

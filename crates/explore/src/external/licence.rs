@@ -4,7 +4,7 @@ use std::fs::{File, OpenOptions, TryLockError};
 use std::path::PathBuf;
 use std::time::Duration;
 
-use super::stop;
+use crate::stop;
 use coldplate_base::error::{Error, Result};
 
 /// Largest number of runs at once, over all processes and hosts that share the folder.

@@ -12,7 +12,6 @@ mod keys;
 mod licence;
 mod process;
 mod reading;
-mod stop;
 mod template;
 
 pub use failure::Class;
@@ -27,6 +26,7 @@ use std::time::Duration;
 
 use regex::Regex;
 
+use crate::stop;
 use cache::{Cache, Key};
 use coldplate_base::error::{Error, Result};
 use coldplate_describe::machine::{DescribedVariable, PointColumn};

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
-use super::stop;
+use crate::stop;
 use coldplate_base::error::{Error, Result};
 
 /// Name of the file with the command's output, in the folder of the run.

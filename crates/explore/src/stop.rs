@@ -1,5 +1,5 @@
-//! Ctrl-C, the terminate signal and a closed terminal while programs run: the programs are ended with this process, and nothing
-//! is recorded of them.
+//! Ctrl-C, the terminate signal and a closed terminal while long work runs that has something to say or to end first: a search
+//! tells how far it came, other programs are ended with this process and nothing is recorded of them.
 
 use std::io;
 use std::path::Path;
@@ -17,7 +17,7 @@ static STOP: OnceLock<Arc<AtomicBool>> = OnceLock::new();
 
 /// Notes the first signal to end from now on; the second ends the process at once.
 #[cfg(unix)]
-pub(super) fn listen() {
+pub fn listen() {
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
     STOP.get_or_init(|| {
         let flag = Arc::new(AtomicBool::new(false));
@@ -44,16 +44,16 @@ fn hears_hangup() -> bool {
 
 /// On other systems signals end the process as usual.
 #[cfg(not(unix))]
-pub(super) fn listen() {}
+pub fn listen() {}
 
 /// Whether this process was told to stop.
-pub(super) fn is_asked() -> bool {
+pub fn is_asked() -> bool {
     STOP.get().is_some_and(|flag| flag.load(Ordering::Relaxed))
 }
 
 /// Waits whether this process is told to stop too. Schedulers tell all processes of a job to stop, and programs may hear it
 /// first: a program that was killed, or reports a signal, has not crashed until then.
-pub(super) fn may_come(status: ExitStatus) {
+pub(crate) fn may_come(status: ExitStatus) {
     /// The shell's status of a program that a signal ended is above this. POSIX convention.
     const BY_SIGNAL: i32 = 128;
     if status.code().is_some_and(|code| code < BY_SIGNAL) {
@@ -69,12 +69,12 @@ pub(super) fn may_come(status: ExitStatus) {
 ///
 /// # Errors
 /// This process was told to stop.
-pub(super) fn check() -> Result<()> {
+pub(crate) fn check() -> Result<()> {
     if is_asked() { Err(stopped(Path::new("."))) } else { Ok(()) }
 }
 
 /// Error that ends a sweep that is told to stop.
-pub(super) fn stopped(folder: &Path) -> Error {
+pub(crate) fn stopped(folder: &Path) -> Error {
     Error::file("go on in", folder, io::Error::from(io::ErrorKind::Interrupted))
         .help("start it again: conditions in the journal are not run again")
 }
