@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use super::measured::DataArgs;
 use super::mesh_options::MeshArgs;
 use super::output::Output;
 use super::text::table;
@@ -21,8 +22,10 @@ pub struct Args {
     /// Measured data: CSV with test, conditions and sensors (default: the measurements in the machine file)
     data: Option<PathBuf>,
     /// Use this test only; may be repeated (default: all tests)
-    #[arg(long = "use", value_name = "TEST")]
+    #[arg(long = "use", value_name = "TEST", conflicts_with = "hold_out")]
     use_tests: Vec<String>,
+    #[command(flatten)]
+    readings: DataArgs,
     /// Leave out a sensor; may be repeated
     #[arg(long, value_name = "SENSOR")]
     without: Vec<String>,
@@ -61,7 +64,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         }
         atomic_file::check(path).map_err(|e| e.at_key("--out"))?;
     }
-    let mut data = command_input::data(args.data.as_deref(), &study.model.machine)?;
+    let mut data = command_input::data(args.data.as_deref(), &args.readings.between(), &study.model.machine)?;
     command_input::drop_sensors(&mut data, &args.without)?;
     if !args.use_tests.is_empty() {
         data = data.split(&args.use_tests)?.0;
@@ -69,7 +72,10 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     data.notes.iter().for_each(|note| out.note(&format!("note: {note}")));
     let uncertainty = command_input::stated(args.data.as_deref(), &args.machine, &data, &study.model.machine)?;
     let faults = command_input::clear(&mut data, &study, &uncertainty, start, args.keep_all)?;
-    let found = PredictedReadings::of(&study, data, start)?;
+    let found = match args.readings.divided(&data, out)? {
+        Some(divided) => PredictedReadings::held_out(&study, &divided, start)?,
+        None => PredictedReadings::of(&study, data, start)?,
+    };
     if let Some(path) = &args.out {
         let series = found.table(&study)?;
         if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("parquet")) {

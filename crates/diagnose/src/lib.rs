@@ -57,7 +57,7 @@ use coldplate_describe::machine::DescribedVariable;
 use coldplate_evidence::discrepancy;
 use coldplate_evidence::faulty_readings::{Cleared, Fault, cleared, kept, rest};
 use coldplate_evidence::identify::{Runs, chi_square_tail};
-use coldplate_evidence::measurement::{Data, MOST_READINGS, MeasurementUncertainty, VariableUncertainty, Whitener, thinned};
+use coldplate_evidence::measurement::{Data, DividedData, MOST_READINGS, MeasurementUncertainty, VariableUncertainty, Whitener, thinned};
 use coldplate_explore::simulate::Start;
 use coldplate_solve::sensitivity::UncertainNumber;
 use coldplate_solve::study::{MachineParameter, Study};
@@ -208,6 +208,16 @@ impl Problem {
         all.extend(faults.iter().map(|fault| fault.moved(&self.places)));
         all.sort_by_key(|fault| *fault.rows.start());
         Self { data: rest(&self.data, &faults), faults: all, places, may_set_aside: false, ..self.clone() }
+    }
+
+    /// The same without readings that are held out ([`DividedData::held_out`]), and the data with them.
+    ///
+    /// # Errors
+    /// Errors of [`DividedData::held_out`].
+    pub fn holding_out(self, texts: &[String]) -> Result<(Self, DividedData)> {
+        let divided = DividedData::held_out(&self.data, texts)?;
+        let places = divided.kept.iter().map(|r| self.places.get(*r).copied().unwrap_or(*r)).collect();
+        Ok((Self { data: divided.fitted.clone(), places, ..self }, divided))
     }
 
     /// The same with logs thinned to about [`MOST_READINGS`].

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use crate::faulty_readings::Fault;
 use crate::faulty_readings::cleared;
-use crate::measurement::{Data, MeasurementUncertainty};
+use crate::measurement::{BetweenRows, Data, MeasurementUncertainty};
 use coldplate_base::atomic_file;
 use coldplate_base::error::{Error, Result, did_you_mean};
 use coldplate_base::units::{Dimension, parse};
@@ -16,10 +16,10 @@ use coldplate_solve::study::Study;
 /// The data of a table, or the measurements of the machine file.
 ///
 /// # Errors
-/// Errors of [`Data::read`] and [`Data::of_machine`]; there is neither a table nor a measurement.
-pub fn data(table: Option<&Path>, machine: &Machine) -> Result<Data> {
+/// Errors of [`Data::read_as`] and [`Data::of_machine`]; there is neither a table nor a measurement.
+pub fn data(table: Option<&Path>, given: &BetweenRows, machine: &Machine) -> Result<Data> {
     match table {
-        Some(path) => Data::read(path, machine),
+        Some(path) => Data::read_as(path, given, machine),
         None if machine.measurements.is_empty() => Err(Error::input("no readings are given, and the machine file states none")
             .help("name a table of readings behind the machine file: MACHINE.toml DATA.csv")),
         None => Data::of_machine(machine),

@@ -8,9 +8,11 @@ use serde::Serialize;
 
 use crate::faulty_readings::FaultRecord;
 use crate::identify::{Advice, Estimate, Free, IdentifyProblem, ParameterProfile, SearchEnd};
-use crate::measurement::{AccountRecord, Data, whiten};
+use crate::measurement::{AccountRecord, Data, DividedData, whiten};
+use coldplate_base::error::Result;
 use coldplate_base::units::Measurand;
 use coldplate_describe::machine::Machine;
+use coldplate_solve::study::Study;
 
 /// Result of an identification.
 #[derive(Debug, Clone, Serialize)]
@@ -179,15 +181,15 @@ pub enum PredictedRecord {
     Displacement { measured_um: f64, predicted_um: f64, residual_um: f64 },
 }
 
-/// A reading beside its predictions, before and after.
+/// A reading beside its predictions, before and after; the residual is measured less predicted after.
 #[derive(Debug, Clone, Serialize)]
 #[allow(missing_docs, non_snake_case)]
 #[serde(untagged)]
 pub enum BeforeAfterRecord {
     /// A temperature.
-    Temperature { measured_degC: f64, before_degC: f64, after_degC: f64 },
+    Temperature { measured_degC: f64, before_degC: f64, after_degC: f64, residual_K: f64 },
     /// A displacement.
-    Displacement { measured_um: f64, before_um: f64, after_um: f64 },
+    Displacement { measured_um: f64, before_um: f64, after_um: f64, residual_um: f64 },
 }
 
 /// Root mean square of residuals before and after a change; left out for temperatures or displacements if there are none.
@@ -204,12 +206,16 @@ pub struct RmseRecord {
     pub rmse_after_um: Option<f64>,
 }
 
-/// Tests that took no part.
+/// Readings that took no part.
 #[derive(Debug, Clone, Serialize)]
 #[allow(missing_docs)]
 pub struct HeldOutRecord {
+    /// Sentence on the choice.
+    pub text: String,
     #[serde(flatten)]
     pub rmse: RmseRecord,
+    pub tests: BTreeMap<String, RmseRecord>,
+    pub sensors: BTreeMap<String, RmseRecord>,
     pub readings: Vec<ReadingRecord<BeforeAfterRecord>>,
 }
 
@@ -222,15 +228,71 @@ pub struct NextTestRecord {
     pub shrink: Vec<f64>,
 }
 
-/// Data that took no part, with predictions before and after, K.
+/// Readings that took no part, with predictions before and after, K.
 #[derive(Debug, Clone)]
 pub struct HeldOut {
     /// The readings.
     pub data: Data,
     /// Predictions of the machine file as it is.
     pub before: Vec<f64>,
-    /// Predictions of the identified machine.
+    /// Predictions of the machine that was found.
     pub after: Vec<f64>,
+    /// Sentence on the choice.
+    pub words: String,
+}
+
+impl HeldOut {
+    /// Readings held out of a fit, with predictions by `predict` of the machine before and of the one found.
+    ///
+    /// # Errors
+    /// Errors of `predict`.
+    pub fn of(divided: &DividedData, [before, after]: [&Study; 2], predict: impl Fn(&Study, &Data) -> Result<Vec<f64>>) -> Result<Self> {
+        let predicted = |study: &Study| divided.predicted(|data| predict(study, data));
+        Ok(Self { data: divided.data(), before: predicted(before)?, after: predicted(after)?, words: divided.words.clone() })
+    }
+
+    /// Root mean squares of the readings for which `keep` holds, by row and sensor.
+    fn rmse_of(&self, machine: &Machine, keep: impl Fn(usize, usize) -> bool) -> RmseRecord {
+        let places = whiten::places(&self.data);
+        let mut own = self.data.clone();
+        places.iter().filter(|(r, k)| !keep(*r, *k)).for_each(|(r, k)| own.rows[*r].readings[*k] = None);
+        let kept = |all: &[f64]| -> Vec<f64> { places.iter().zip(all).filter(|((r, k), _)| keep(*r, *k)).map(|(_, told)| *told).collect() };
+        let (before, after) = (kept(&self.before), kept(&self.after));
+        RmseRecord::of(|of, is_after| whiten::rmse(machine, &own, if is_after { &after } else { &before }, of))
+    }
+
+    /// Root mean squares of all readings.
+    pub fn rmse(&self, machine: &Machine) -> RmseRecord {
+        self.rmse_of(machine, |_, _| true)
+    }
+
+    /// Root mean squares of each sensor with a reading, in the order of the data.
+    pub fn by_sensor(&self, machine: &Machine) -> Vec<(String, RmseRecord)> {
+        let is_read = |k: &usize| self.data.rows.iter().any(|row| row.readings[*k].is_some());
+        let of = |k: usize| (self.data.names[k].clone(), self.rmse_of(machine, |_, sensor| sensor == k));
+        (0..self.data.names.len()).filter(is_read).map(of).collect()
+    }
+
+    /// Root mean squares of each test with a reading, in the order of the data.
+    pub fn by_test(&self, machine: &Machine) -> Vec<(String, RmseRecord)> {
+        let is_read = |test: &String| self.data.rows.iter().any(|row| row.test == *test && row.readings.iter().any(Option::is_some));
+        let of = |test: String| {
+            let rmse = self.rmse_of(machine, |r, _| self.data.rows[r].test == test);
+            (test, rmse)
+        };
+        self.data.tests().into_iter().filter(is_read).map(of).collect()
+    }
+
+    /// The readings for other programs.
+    pub fn record(&self, machine: &Machine) -> HeldOutRecord {
+        HeldOutRecord {
+            text: self.words.clone(),
+            rmse: self.rmse(machine),
+            tests: self.by_test(machine).into_iter().collect(),
+            sensors: self.by_sensor(machine).into_iter().collect(),
+            readings: readings(machine, &self.data, &self.before, &self.after),
+        }
+    }
 }
 
 impl Estimate {
@@ -304,13 +366,7 @@ impl Estimate {
                 .map(|u| UndeterminedRecord { text: u.text.clone(), weights: u.weights.clone(), deviation: u.deviation })
                 .collect(),
             readings: readings(machine, &problem.data, &self.predictions.0, &self.predictions.1),
-            held_out: held_out.map(|h| {
-                let predicted = |is_after: bool| if is_after { &h.after } else { &h.before };
-                HeldOutRecord {
-                    rmse: RmseRecord::of(|of, is_after| whiten::rmse(machine, &h.data, predicted(is_after), of)),
-                    readings: readings(machine, &h.data, &h.before, &h.after),
-                }
-            }),
+            held_out: held_out.map(|own| own.record(machine)),
             next_tests: advice.iter().take(5).map(next).collect(),
             starts: self.ends.clone(),
             search: SearchRecord {
@@ -369,10 +425,15 @@ impl PredictedRecord {
 fn readings(machine: &Machine, data: &Data, before: &[f64], after: &[f64]) -> Vec<ReadingRecord<BeforeAfterRecord>> {
     let measured = whiten::readings(data);
     ReadingRecord::all(machine, data, |i, own| {
+        let residual = measured[i] - after[i];
         let [measured, before, after] = [measured[i], before[i], after[i]].map(|reading| own.shown(reading));
         match own {
-            Measurand::Temperature => BeforeAfterRecord::Temperature { measured_degC: measured, before_degC: before, after_degC: after },
-            Measurand::Displacement => BeforeAfterRecord::Displacement { measured_um: measured, before_um: before, after_um: after },
+            Measurand::Temperature => {
+                BeforeAfterRecord::Temperature { measured_degC: measured, before_degC: before, after_degC: after, residual_K: residual }
+            }
+            Measurand::Displacement => {
+                BeforeAfterRecord::Displacement { measured_um: measured, before_um: before, after_um: after, residual_um: residual }
+            }
         }
     })
 }

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use crate::faulty_readings::FaultRecord;
 use crate::identify;
-use crate::measurement::{AccountRecord, Data, TEST, TIME, whiten};
+use crate::measurement::{AccountRecord, Data, DividedData, TEST, TIME, whiten};
 use crate::record::{PredictedRecord, ReadingRecord};
 use coldplate_base::error::Result;
 use coldplate_base::units::{Measurand, express};
@@ -94,8 +94,21 @@ impl PredictedReadings {
     /// The machine cannot be solved at a condition, or a log cannot be run.
     pub fn of(study: &Study, data: Data, start: Start) -> Result<Self> {
         let predicted = identify::values(study, &data, start)?;
+        Ok(Self::with(study, data, predicted))
+    }
+
+    /// Predicts the readings that are held out of a fit, and compares these alone.
+    ///
+    /// # Errors
+    /// Errors of [`PredictedReadings::of`].
+    pub fn held_out(study: &Study, divided: &DividedData, start: Start) -> Result<Self> {
+        let predicted = divided.predicted(|data| identify::values(study, data, start))?;
+        Ok(Self::with(study, divided.data(), predicted))
+    }
+
+    fn with(study: &Study, data: Data, predicted: Vec<f64>) -> Self {
         let measurands = data.measurands(&study.model.machine);
-        Ok(Self { places: whiten::places(&data), measured: whiten::readings(&data), predicted, measurands, data })
+        Self { places: whiten::places(&data), measured: whiten::readings(&data), predicted, measurands, data }
     }
 
     /// Measured less predicted, K.

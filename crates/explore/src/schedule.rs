@@ -2,7 +2,8 @@
 //!
 //! The header is that of measured data: `time [s]` (or `min`, `h`) and a column with its unit for each variable that changes.
 //! Other variables take the values given beside the file or the machine's defaults. A time that stands in two rows is a step. A
-//! variable of the machine that is called `time` is set to the time.
+//! variable of the machine that is called `time` is set to the time. `NAME [unit, held]` stays until the next row,
+//! `NAME [unit, joined]` runs straight to it, whatever else is asked for.
 //!
 //! Between two breakpoints every condition is smooth: a solver that stops at each [`ScheduleSegment`]'s end never steps across a jump
 //! or a corner.
@@ -114,7 +115,8 @@ impl Schedule {
             let condition = columns.condition(r, *time).map_err(|e| place(e, Some(r)))?;
             rows.push(Breakpoint { time: *time, values: condition.si().to_vec() });
         }
-        let held = vec![options.hold; quantities.variables.len()];
+        let stated = |v: &DescribedVariable| ledger.between.iter().find(|(name, _)| *name == v.name).map(|(_, held)| *held);
+        let held = quantities.variables.iter().map(|v| stated(v).unwrap_or(options.hold)).collect();
         let mut schedule = Self { rows, held, time: columns.time, ignored: columns.ignored, read: ledger.sentences() };
         schedule.repeat(options.repeat)?;
         if let Some(until) = options.until {

@@ -28,6 +28,9 @@ use coldplate_base::numbers::significant;
 use coldplate_base::progress::Progress;
 use coldplate_diagnose::{Cause, Certainty, Diagnosis, Effect, Explanation, Problem, Verdict, sentence};
 use coldplate_evidence::discrepancy::DiscrepancySize;
+use coldplate_evidence::identify;
+use coldplate_evidence::measurement::DividedData;
+use coldplate_evidence::record::HeldOut;
 use coldplate_figures::chart::gains::GainsFigure;
 use coldplate_figures::report::Report;
 use energy::EnergyBalances;
@@ -99,6 +102,19 @@ impl Findings<'_> {
             atomic_file::write(&fit.path, &fit.bytes)?;
         }
         Ok(())
+    }
+
+    /// Readings that were held out, predicted by the machine as it is and by the extended one.
+    ///
+    /// # Errors
+    /// A machine cannot be solved at a condition, or a log cannot be run.
+    pub fn held_out(&self, divided: &DividedData) -> Result<HeldOut> {
+        let (study, start) = (&self.problem.study, self.problem.start);
+        let extended = match self.diagnosis.sets.as_ref().filter(|_| self.extended.is_some()) {
+            Some(sets) => study.edited(sets)?,
+            None => study.clone(),
+        };
+        HeldOut::of(divided, [study, &extended], |study, data| identify::values(study, data, start))
     }
 
     /// The report for readers who were not there.

@@ -16,7 +16,7 @@ use coldplate_evidence::discrepancy::DiscrepancySize;
 use coldplate_evidence::faulty_readings::{Fault, FaultRecord};
 use coldplate_evidence::measurement::AccountRecord;
 use coldplate_evidence::measurement::whiten;
-use coldplate_evidence::record::{PredictedRecord, ReadingRecord, RmseRecord};
+use coldplate_evidence::record::{HeldOutRecord, PredictedRecord, ReadingRecord, RmseRecord};
 use coldplate_solve::meshed::Flows;
 
 /// The whole answer.
@@ -50,6 +50,9 @@ pub struct DiagnosisRecord {
     pub missing_heat: Vec<MissingHeatRecord>,
     pub heat_balance: Vec<HeatBalanceRecord>,
     pub readings: Vec<ExplainedReadingRecord>,
+    /// Readings that were held out of everything.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub held_out: Option<HeldOutRecord>,
     /// Faulty readings that were found.
     pub faults: Vec<FaultRecord>,
     /// Account of the data: lines and readings that count, and those that do not.
@@ -280,6 +283,7 @@ impl Findings<'_> {
             surrogate: self.refitted.as_ref().and_then(|r| r.fit.as_ref()).map(SurrogateRecord::of),
             tried: diagnosis.tried.all,
             visible: diagnosis.tried.visible,
+            held_out: None,
             missing_heat: (diagnosis.missing.iter())
                 .map(|m| MissingHeatRecord {
                     part: m.part.clone(),

@@ -9,6 +9,7 @@ use coldplate_base::units::{Dimension, parse};
 use coldplate_diagnose::Problem as Diagnosed;
 use coldplate_evidence::command_input;
 use coldplate_evidence::identify::{Free, IdentifyOptions, IdentifyProblem as Identified, identify_and_learn, write_machine};
+use coldplate_evidence::measurement::BetweenRows;
 use coldplate_explore::schedule::{Schedule, ScheduleOptions};
 use coldplate_explore::simulate::record::HistoryRecord;
 use coldplate_explore::simulate::{self, History, SimulateOptions, SimulatedMachine, Start};
@@ -272,7 +273,7 @@ pub fn identify(
     let (record, text) = work::run(py, progress, |heard| {
         let began = Instant::now();
         let study = Study::read(&path, &sets, cells)?;
-        let mut all = command_input::data(data.as_deref(), &study.model.machine)?;
+        let mut all = command_input::data(data.as_deref(), &BetweenRows::default(), &study.model.machine)?;
         let uncertainty = command_input::stated(data.as_deref(), &path, &all, &study.model.machine)?;
         let faults = command_input::clear(&mut all, &study, &uncertainty, Start::Steady, false)?;
         let chosen = if tests.is_empty() { all } else { all.split(&tests)?.0 };
@@ -303,7 +304,7 @@ pub fn diagnose(
     let (path, sets) = (machine.path.clone(), machine.sets.clone());
     let (record, headline, extended, report, gains) = work::run(py, progress, |heard| {
         let study = Study::read(&path, &sets, Some(cells.unwrap_or(USUAL_CELLS)))?;
-        let table = command_input::data(Some(&data), &study.model.machine)?;
+        let table = command_input::data(Some(&data), &BetweenRows::default(), &study.model.machine)?;
         let uncertainty = command_input::stated(Some(&data), &path, &table, &study.model.machine)?;
         let uncertain = study.uncertain()?;
         let mut problem = Diagnosed::new(study, table);

@@ -5,15 +5,13 @@
 
 use std::path::Path;
 
-use super::{Column, Ledger, Table, TextColumn};
+use super::{Ledger, Table};
 use crate::layout::Layout;
-use crate::ledger::{BLANK, REMARK, listed};
-use crate::records::{CsvRecords, Record};
+use crate::ledger::BLANK;
+use crate::reader::{INPUTS, Reader};
+use crate::records::{CsvRecords, remark};
 use coldplate_base::condition;
-use coldplate_base::error::{Error, Result, did_you_mean};
-
-/// Provenance key of the number of condition variables among the number columns.
-const INPUTS: &str = "inputs";
+use coldplate_base::error::{Error, Result};
 
 impl Table {
     /// The table as CSV.
@@ -71,7 +69,7 @@ impl Table {
             let line = record.line;
             reader.take(record, is_last).map_err(|e| e.in_file(file).at_line(line))?;
         }
-        let (mut table, mut ledger, inputs) = reader.end();
+        let (mut table, mut ledger, inputs) = reader.end().map_err(|e| e.in_file(file))?;
         (lines + 1..=ledger.lines).for_each(|blank| ledger.leave_out(BLANK, blank));
         table.check().map_err(|e| e.in_file(file))?;
         match inputs {
@@ -95,273 +93,6 @@ impl Table {
     }
 }
 
-/// Words that loggers and spreadsheets write where there is no number, in small letters.
-const MISSING: [&str; 40] = [
-    "nan",
-    "na",
-    "n/a",
-    "n.a.",
-    "#n/a",
-    "#na",
-    "null",
-    "#null!",
-    "none",
-    "nil",
-    "ol",
-    "o.l.",
-    "o/l",
-    "+ol",
-    "-ol",
-    "ovl",
-    "ovld",
-    "over",
-    "overflow",
-    "overload",
-    "overrange",
-    "over range",
-    "underrange",
-    "under range",
-    "open",
-    "err",
-    "error",
-    "fail",
-    "failed",
-    "fault",
-    "bad",
-    "invalid",
-    "missing",
-    "no data",
-    "nodata",
-    "#num!",
-    "#div/0!",
-    "#value!",
-    "#ref!",
-    "#name?",
-];
-
-/// Kind of a column: the place its cells are stored in.
-#[derive(Debug, Clone, Copy)]
-enum Kind {
-    Text(usize),
-    Number(usize),
-    /// A column without a name.
-    Nameless,
-}
-
-/// Takes records into a table.
-struct Reader<'a> {
-    layout: &'a Layout,
-    table: Table,
-    kinds: Vec<Kind>,
-    ledger: Ledger,
-    /// Line and number of the announcement of condition columns.
-    inputs: Option<(usize, usize)>,
-    /// Decimal mark of the first number that has one, with its line.
-    decimal: Option<(char, usize)>,
-    /// Nameless columns that held anything.
-    lost: Vec<usize>,
-    /// Lines that begin with '#' and were taken as rows.
-    hash_rows: Vec<usize>,
-}
-
-impl<'a> Reader<'a> {
-    fn new(layout: &'a Layout, ledger: Ledger) -> Result<Self> {
-        let mut table = Table::default();
-        let cells = layout.header.iter().enumerate();
-        let kinds = cells
-            .map(|(i, cell)| header_cell(&mut table, cell).map_err(|e| e.at_key(format!("column {}", i + 1))))
-            .collect::<Result<_>>()?;
-        Ok(Self { layout, table, kinds, ledger, inputs: None, decimal: None, lost: Vec::new(), hash_rows: Vec::new() })
-    }
-
-    fn take(&mut self, record: Record<'_>, is_last: bool) -> Result<()> {
-        let line = record.line;
-        if let Some(comment) = record.comment {
-            return self.take_comment(line, comment);
-        }
-        if line <= self.layout.last_line {
-            return Ok(());
-        }
-        if record.cells == self.layout.header || record.cells.iter().zip(&self.layout.header).all(|(a, b)| a == b && !a.is_empty()) {
-            self.ledger.leave_out("the header once more", line);
-            return Ok(());
-        }
-        if record.cells.len() < self.kinds.len() && is_last {
-            self.ledger.leave_out("the file ends within it", line);
-            return Ok(());
-        }
-        if is_last && let Some(cell) = record.cells.last().filter(|cell| cell.parse::<f64>().is_ok()) {
-            self.ledger
-                .noted
-                .push(format!("the file ends without a line end behind '{cell}' (line {line}): the number may have been cut off"));
-        }
-        // A header that ends with a delimiter has a nameless last column, which rows may leave out.
-        let mut cells = record.cells;
-        if cells.len() + 1 == self.kinds.len() && matches!(self.kinds.last(), Some(Kind::Nameless)) {
-            cells.push(String::new());
-        }
-        self.take_row(line, &cells)
-    }
-
-    /// A line behind '#': a remark, a line of provenance, or a row whose first cell begins so.
-    fn take_comment(&mut self, line: usize, comment: &str) -> Result<()> {
-        if line == self.layout.header_line {
-            return Ok(());
-        }
-        if line > self.layout.last_line {
-            let whole = format!("#{comment}");
-            let cells = CsvRecords::row(&whole, self.layout.delimiter).filter(|cells| cells.len() == self.kinds.len() && cells.len() > 1);
-            if let Some(cells) = cells {
-                if matches!(self.kinds[0], Kind::Text(_)) {
-                    self.hash_rows.push(line);
-                    return self.take_row(line, &cells);
-                }
-                if is_missing(&cells[0]) {
-                    return self.take_row(line, &cells);
-                }
-            }
-            self.ledger.leave_out(REMARK, line);
-        }
-        let Some((key, value)) = comment.split_once(':').map(|(k, v)| (k.trim(), v.trim())) else { return Ok(()) };
-        if key != INPUTS && value.parse::<usize>().is_ok() && did_you_mean(key, [INPUTS]).is_some() {
-            let error = Error::input("this line is not known, and looks like one that is").read(comment);
-            return Err(error.help(format!("did you mean '# {INPUTS}: {value}'? It says how many columns are conditions")));
-        }
-        if key == INPUTS {
-            let count =
-                value.parse().map_err(|_| Error::input("the number of condition columns is not a number").at_key(INPUTS).read(value))?;
-            if let Some((before, other)) = self.inputs.filter(|(_, other)| *other != count) {
-                let what = format!("{count} condition columns are announced, and {other} in line {before}");
-                return Err(Error::input(what).at_key(INPUTS).help("keep the line that is true"));
-            }
-            self.inputs = Some((line, count));
-        } else if line < self.layout.header_line {
-            self.table.provenance.push((key.to_string(), value.to_string()));
-        }
-        Ok(())
-    }
-
-    fn take_row(&mut self, line: usize, cells: &[String]) -> Result<()> {
-        if cells.len() != self.kinds.len() {
-            let has_commas = self.layout.delimiter == ',' && cells.len() > self.kinds.len();
-            let help = if has_commas {
-                "separate the columns by ';' if numbers have decimal commas; give every column a cell, and leave it empty where the reading is missing"
-            } else {
-                "give every column a cell; leave it empty where the reading is missing"
-            };
-            return Err(Error::input(format!("the row has {} cells, the header has {}", cells.len(), self.kinds.len())).help(help));
-        }
-        for (i, cell) in cells.iter().enumerate() {
-            match self.kinds[i] {
-                Kind::Text(t) => self.table.texts[t].values.push(cell.clone()),
-                Kind::Number(c) => {
-                    let value = self.number(cell, line).map_err(|e| e.at_key(self.table.columns[c].header()))?;
-                    self.table.columns[c].values.push(value);
-                }
-                Kind::Nameless if !cell.is_empty() && !self.lost.contains(&i) => self.lost.push(i),
-                Kind::Nameless => {}
-            }
-        }
-        self.ledger.rows.push(line);
-        Ok(())
-    }
-
-    /// The number in a cell; not a number where it is missing.
-    fn number(&mut self, cell: &str, line: usize) -> Result<f64> {
-        if is_missing(cell) {
-            if !cell.is_empty() {
-                *self.ledger.missing.entry(cell.to_string()).or_default() += 1;
-            }
-            return Ok(f64::NAN);
-        }
-        let mark = [',', '.'].into_iter().find(|mark| cell.contains(*mark));
-        let point = match mark {
-            Some(',') => {
-                if cell.contains('.') || cell.matches(',').count() > 1 {
-                    return Err(Error::input("thousands are set apart in this number")
-                        .read(cell)
-                        .help("write numbers without thousands separators"));
-                }
-                cell.replacen(',', ".", 1)
-            }
-            _ => cell.to_string(),
-        };
-        let value = match point.parse::<f64>() {
-            Ok(value) if value.is_finite() => value,
-            Ok(_) => {
-                return Err(Error::input("the number is not finite").read(cell).help("leave the cell empty where the reading is missing"));
-            }
-            Err(_) => {
-                let error = Error::input("no number can be read here").read(cell);
-                return Err(error.help("write it with a decimal point; the unit stands in the header"));
-            }
-        };
-        if let Some(mark) = mark {
-            self.agree(mark, cell, line)?;
-        }
-        Ok(value)
-    }
-
-    /// Holds a decimal mark against the first of the file.
-    fn agree(&mut self, mark: char, cell: &str, line: usize) -> Result<()> {
-        match self.decimal {
-            Some((own, _)) if own == mark => Ok(()),
-            Some((own, first)) => {
-                let error = Error::input(format!("the decimal mark is '{mark}' here and '{own}' in line {first}")).read(cell);
-                Err(error.help("write all numbers with one decimal mark"))
-            }
-            None => {
-                if mark == ',' {
-                    let thousands = self.layout.delimiter == ',' && cell.split_once(',').is_some_and(|(_, decimals)| decimals.len() == 3);
-                    if thousands {
-                        let error = Error::input("the comma of this number may be a decimal mark or set thousands apart").read(cell);
-                        return Err(error.help("write numbers with a decimal point and without thousands separators"));
-                    }
-                    self.ledger.assumed.push(format!("numbers have decimal commas ('{cell}' in line {line})"));
-                }
-                self.decimal = Some((mark, line));
-                Ok(())
-            }
-        }
-    }
-
-    fn end(mut self) -> (Table, Ledger, Option<(usize, usize)>) {
-        for i in self.lost {
-            self.ledger.assumed.push(format!("column {} has no name and was left out", i + 1));
-        }
-        if !self.hash_rows.is_empty() {
-            let (line, begins, is) = if self.hash_rows.len() == 1 { ("line", "begins", "it is") } else { ("lines", "begin", "they are") };
-            let lines = listed(&self.hash_rows);
-            self.ledger.noted.push(format!("{line} {lines} {begins} with '#' and a row's number of cells: {is} taken in"));
-        }
-        (self.table, self.ledger, self.inputs)
-    }
-}
-
-fn header_cell(table: &mut Table, text: &str) -> Result<Kind> {
-    if text.is_empty() {
-        return Ok(Kind::Nameless);
-    }
-    let with_unit = text.strip_suffix(']').and_then(|t| t.rsplit_once('['));
-    let Some((name, unit)) = with_unit else {
-        table.texts.push(TextColumn { name: text.to_string(), values: Vec::new() });
-        return Ok(Kind::Text(table.texts.len() - 1));
-    };
-    let (name, unit) = (name.trim().to_string(), unit.trim().to_string());
-    if name.is_empty() || unit.is_empty() {
-        let error = Error::input("a column lacks its name or its unit").read(text);
-        return Err(error.help("write name [unit]; the unit of a pure number is [1]"));
-    }
-    table.columns.push(Column { name, unit, values: Vec::new() });
-    Ok(Kind::Number(table.columns.len() - 1))
-}
-
-/// Whether a cell says that there is no number: it is empty, holds signs alone, or one of [`MISSING`].
-fn is_missing(cell: &str) -> bool {
-    cell.chars().all(|c| matches!(c, '-' | '*' | '?' | '#' | '.' | '_' | '\u{2013}' | '\u{2014}'))
-        || MISSING.iter().any(|word| cell.eq_ignore_ascii_case(word))
-}
-
 /// The shortest text that reads back as the same number; empty for a missing one.
 pub(crate) fn number(value: f64) -> String {
     match value.abs() {
@@ -377,7 +108,7 @@ fn one_line(text: &str) -> String {
 
 /// A cell of a CSV file, in quotes if it needs them.
 pub fn quoted(text: &str) -> String {
-    let plain = !text.contains([',', '"', '\n', '\r']) && !text.starts_with(['#', '\u{feff}']) && text.trim() == text;
+    let plain = !text.contains([',', '"', '\n', '\r']) && !text.starts_with('\u{feff}') && remark(text).is_none() && text.trim() == text;
     if plain { text.to_string() } else { format!("\"{}\"", text.replace('"', "\"\"")) }
 }
 
@@ -448,6 +179,81 @@ mod tests {
         ] {
             let message = Table::from_text(text, Path::new("f.csv"), Ledger::default()).unwrap_err().to_string();
             assert!(message.contains(needle), "{text:?}: {message}");
+        }
+    }
+
+    fn refused(text: &str) -> String {
+        Table::from_text(text, Path::new("f.csv"), Ledger::default()).map(|_| ()).unwrap_err().to_string()
+    }
+
+    /// Rows that a quote in front of them takes into a cell, and a quote that is never closed.
+    #[test]
+    fn no_quote_swallows_rows() {
+        let closed = refused("test,motor [degC],note\n1,20,\"warm\n2,21,cold\n3,22,\"\n4,23,\n");
+        assert!(closed.contains("f.csv:2") && closed.contains("closed in line 4"), "{closed}");
+        let behind = refused("test,motor [degC],note\n1,20,a\n2,20,\"warm\n3,21,\"cold\"\n");
+        assert!(behind.contains("f.csv:3") && behind.contains("line 4"), "{behind}");
+        let open = refused("test,motor [degC],note\n1,20,a\n2,20,\"warm\n3,21,cold\n");
+        assert!(open.contains("f.csv:3") && open.contains("never closed"), "{open}");
+        let (table, _) = lenient("test,motor [degC],note\n1,20,\"two\nlines\"\n2,21,\n");
+        assert_eq!(table.rows(), 2);
+    }
+
+    /// Statistics, words and blank rows below a table are no tests; a test called Max is one.
+    #[test]
+    fn lines_below_the_last_row_are_left_out_with_a_word() {
+        let (table, ledger) = lenient("test,motor [degC],flow [L/min]\na,20.1,4\nb,21.4,6\n,,\nMean,20.75,5\nStd,0.92,1.41\nEnd of file\n");
+        assert_eq!((table.rows(), &ledger.left_out["a statistic of the rows above"][..]), (2, &[5, 6][..]));
+        assert_eq!((&ledger.left_out["words below the last row"][..], &ledger.left_out["blank"][..]), (&[7][..], &[4][..]));
+        let (table, ledger) = lenient("test,motor [degC],flow [L/min]\nMin,20.1,4\na,21.4,6\nMax,27,9\n");
+        assert_eq!(table.texts[0].values, ["Min", "a", "Max"]);
+        assert!(ledger.noted.iter().any(|s| s.contains("line 4 is called 'Max'")), "{:?}", ledger.noted);
+        let (table, _) = lenient("time [s],motor [degC]\n0,20\n5,21\nAverage,20.5\n");
+        assert_eq!(table.rows(), 2);
+        let other = refused("time [s],motor [degC]\n0,20\n5,21\n\ntime [s],flow [L/min]\n0,4\n");
+        assert!(other.contains("f.csv:5") && other.contains("another header"), "{other}");
+        let (table, ledger) = lenient("test,heater,motor\n,W,Deg C\n1,10,30.02\ntest,heater,motor\n,W,Deg C\n2,10,31\n");
+        assert_eq!((table.rows(), &ledger.left_out["the header once more"][..]), (2, &[4, 5][..]));
+    }
+
+    #[test]
+    fn rows_and_remarks_behind_other_marks_are_told_apart() {
+        let (table, ledger) = lenient("test,motor [degC]\n1,20\n//2,21\n%3,22\n% a word\n// another\n");
+        assert_eq!(table.texts[0].values, ["1", "//2", "%3"]);
+        assert!(ledger.noted.iter().any(|s| s.contains("line 3 begins with '//'")), "{:?}", ledger.noted);
+        assert_eq!(ledger.left_out["a remark behind '%'"], [5]);
+        let (table, ledger) = lenient("% Logger 7\ntime [s]|motor [degC]\n0|20\n%5|21\n10|22\n");
+        assert_eq!((table.rows(), &ledger.left_out["a remark behind '%'"][..]), (2, &[4][..]));
+    }
+
+    #[test]
+    fn cells_with_units_and_open_commas() {
+        let (table, ledger) = lenient("test,heater [W],share [1]\na,12 W,50%\nb,1.5 kW,0.25\n");
+        assert_eq!((&table.columns[0].values[..], &table.columns[1].values[..]), (&[12.0, 1500.0][..], &[0.5, 0.25][..]));
+        assert!(ledger.assumed.iter().any(|s| s.contains("2 numbers have a unit in the cells of 'heater [W]'")), "{:?}", ledger.assumed);
+        let open = refused("heater [W]\tmotor [degC]\n1,045\t20\n1,200\t21\n");
+        assert!(open.contains("f.csv:2") && open.contains("heater [W]") && open.contains("thousands"), "{open}");
+        for known in
+            ["heater [W]\tmotor [degC]\n1,045\t20,5\n", "heater [W]\tmotor [degC]\n1,045\t2000\n", "heater [W];motor [degC]\n1,045;20\n"]
+        {
+            assert_eq!(lenient(known).0.columns[0].values, [1.045], "{known}");
+        }
+        let blanks = refused("time [s] motor [degC]\n0 20.5\n5 21\n");
+        assert!(blanks.contains("f.csv:2") && blanks.contains("blanks do not separate"), "{blanks}");
+    }
+
+    #[test]
+    fn a_header_may_say_what_a_column_does_between_two_rows() {
+        for text in
+            ["heater [W, held],motor [degC]\n1,20\n", "\"heater [W, held]\",motor [degC]\n1,20\n", "heater (W held);motor (°C)\n1;20\n"]
+        {
+            let (table, ledger) = lenient(text);
+            assert_eq!(
+                (table.columns[0].header().as_str(), &ledger.between[..]),
+                ("heater [W]", &[("heater".to_string(), true)][..]),
+                "{text}"
+            );
+            assert!(Table::from_csv(text, "f.csv").is_err());
         }
     }
 

@@ -35,7 +35,10 @@ pub(crate) fn decoded<'a>(mut bytes: &'a [u8], file: &Path, ledger: &mut Ledger)
     if let Some(at) = text.bytes().position(|b| b < b' ' && !matches!(b, b'\t' | b'\n' | b'\r' | 0x0c)) {
         let line = 1 + text[..at].matches('\n').count();
         let error = Error::input(format!("a control character (number {}) stands in the text", text.as_bytes()[at]));
-        return Err(error.in_file(file).at_line(line).help("export the table as CSV or .xlsx; other binary files are not read"));
+        return Err(error
+            .in_file(file)
+            .at_line(line)
+            .help("export the table as CSV, .xlsx, .xls or .ods; other binary files are not read"));
     }
     Ok(if text.contains('\r') && !text.contains('\n') { Cow::Owned(text.replace('\r', "\n")) } else { text })
 }

@@ -3,14 +3,15 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use crate::header::{is_header, is_time, is_units, rejoined, split_between, split_unit, unit_of_time};
 use crate::ledger::{ABOVE, Ledger};
-use crate::records::{CsvRecords, Record};
-use crate::stamps::is_stamp;
+use crate::records::{CsvRecords, Record, remark};
+use crate::stamps::{TIME, is_stamp};
 use coldplate_base::error::{Error, Result};
-use coldplate_base::units::{Dimension, dimension_of, spelled};
+use coldplate_base::units::{dimension_of, spelled};
 
 /// Delimiters; of two that explain the file alike, the first is taken.
-const DELIMITERS: [char; 3] = [',', ';', '\t'];
+const DELIMITERS: [char; 4] = [',', ';', '\t', '|'];
 /// Records at the beginning of a file by which its layout is recognised, a count. Chosen: longer than the preambles of loggers.
 const SAMPLE: usize = 200;
 /// First cell of the headers of Campbell's loggers (LoggerNet manual, appendix B): names stand in the second line, units in the third,
@@ -28,6 +29,8 @@ pub(crate) struct Layout {
     pub header_line: usize,
     /// Last line above the first row.
     pub last_line: usize,
+    /// Lines of names and units as they stand in the file: further copies of them are no rows.
+    pub written: Vec<Vec<String>>,
 }
 
 /// A record of the sample that is no remark.
@@ -70,7 +73,7 @@ impl Layout {
             ledger.leave_out(ABOVE, above.line);
         }
         let own = &records[place];
-        let mut layout = Self { delimiter, header: own.cells.clone(), header_line: own.line, last_line: own.line };
+        let mut layout = Self::with(delimiter, own.cells.clone(), own.line);
         let has_units = own.cells.iter().any(|cell| split_unit(cell).is_some());
         if let Some(units) =
             records.get(place + 1).filter(|next| !has_units && is_units(&next.cells) && next.cells.len() == own.cells.len())
@@ -81,15 +84,39 @@ impl Layout {
         layout.spell(ledger);
         if let Some(first) = records.iter().find(|r| r.line > layout.last_line) {
             layout.unit_of_stamps(&first.cells, ledger);
+            layout.name_of_times(&first.cells, ledger);
         }
         Ok(layout)
+    }
+
+    fn with(delimiter: char, header: Vec<String>, line: usize) -> Self {
+        Self { delimiter, written: vec![header.clone()], header, header_line: line, last_line: line }
+    }
+
+    /// Makes a column of numbers whose name is a unit of time the column of times, if there is no other.
+    fn name_of_times(&mut self, first: &[String], ledger: &mut Ledger) {
+        let is_other = |(header, cell): (&String, &String)| {
+            let is_named = split_unit(header).is_some_and(|(name, unit, _)| name.eq_ignore_ascii_case(TIME) || is_time(unit));
+            is_named || (is_stamp(cell) && cell.parse::<f64>().is_err())
+        };
+        if self.header.iter().zip(first).any(is_other) {
+            return;
+        }
+        let is_number = |cell: &String| cell.replace(',', ".").parse::<f64>().is_ok();
+        let found =
+            self.header.iter_mut().zip(first).find_map(|(header, cell)| Some((unit_of_time(header)?, header)).filter(|_| is_number(cell)));
+        if let Some((unit, header)) = found {
+            let new = format!("{TIME} [{unit}]");
+            ledger.assumed.push(format!("column '{header}' is read as '{new}'"));
+            *header = new;
+        }
     }
 
     /// Takes the unit off a column of times that holds dates.
     fn unit_of_stamps(&mut self, first: &[String], ledger: &mut Ledger) {
         for (header, cell) in self.header.iter_mut().zip(first) {
             let Some((name, unit, _)) = split_unit(header) else { continue };
-            if dimension_of(unit).is_ok_and(|d| d == Dimension::TIME) && is_stamp(cell) && cell.parse::<f64>().is_err() {
+            if is_time(unit) && is_stamp(cell) && cell.parse::<f64>().is_err() {
                 ledger.assumed.push(format!("column '{header}' holds dates: its unit is not looked at"));
                 *header = name.to_string();
             }
@@ -105,32 +132,32 @@ impl Layout {
         }
         ledger.assumed.push("the file is a logger's (TOA5): names in its second line, units in its third".into());
         ledger.leave_out(ABOVE, first.line);
-        let mut layout = Self { delimiter, header: names.cells.clone(), header_line: names.line, last_line: kinds.line };
+        let mut layout = Self::with(delimiter, names.cells.clone(), names.line);
         layout.join_units(&units.cells, kinds.line);
         layout.spell(ledger);
         Ok(layout)
     }
 
-    /// A header that begins with '#', as some programs write it: the last remark above the first row, if it has as many cells.
+    /// A header that begins like a remark, as some programs write it: the last remark above the first row, if it has as many cells.
     fn behind_hash(text: &str, delimiter: char, records: &[Sampled], count: usize, file: &Path, ledger: &mut Ledger) -> Result<Self> {
         let Some(first) = records.first() else {
             return Err(Error::input("the file holds no table")
                 .in_file(file)
                 .help("the first line is the header: name [unit], name [unit], ..."));
         };
-        let remarks = text.lines().enumerate().take(first.line).filter_map(|(n, line)| Some((n + 1, line.trim_start().strip_prefix('#')?)));
-        let last = remarks.last().and_then(|(line, rest)| {
-            let cells = CsvRecords::new(rest, delimiter).next()?.ok()?.cells;
-            (cells.len() == count && is_header(&cells)).then_some((line, cells))
+        let remarks = text.lines().enumerate().take(first.line).filter_map(|(n, line)| Some((n + 1, remark(line)?)));
+        let last = remarks.last().and_then(|(line, (mark, rest))| {
+            let cells = rejoined(CsvRecords::new(rest, delimiter).next()?.ok()?.cells);
+            (cells.len() == count && is_header(&cells)).then_some((line, mark, cells))
         });
-        let Some((line, header)) = last else {
+        let Some((line, mark, header)) = last else {
             let error = Error::input("the file has no header: its first line holds numbers").in_file(file).at_line(first.line);
             return Err(error
                 .read(first.cells.join(","))
                 .help("write a first line with the names of the columns: name [unit], name [unit], ..."));
         };
-        ledger.assumed.push(format!("line {line} begins with '#' and is the header: its first column is '{}'", header[0]));
-        let mut layout = Self { delimiter, header, header_line: line, last_line: line };
+        ledger.assumed.push(format!("line {line} begins with '{mark}' and is the header: its first column is '{}'", header[0]));
+        let mut layout = Self::with(delimiter, header, line);
         layout.spell(ledger);
         Ok(layout)
     }
@@ -141,6 +168,7 @@ impl Layout {
                 *name = format!("{name} [{unit}]");
             }
         }
+        self.written.push(units.to_vec());
         self.last_line = last_line;
     }
 
@@ -148,12 +176,16 @@ impl Layout {
     fn spell(&mut self, ledger: &mut Ledger) {
         let mut read = Vec::new();
         for cell in &mut self.header {
-            let Some((name, unit, bracket)) = split_unit(cell) else { continue };
+            let Some((name, stated, bracket)) = split_unit(cell) else { continue };
+            let (unit, between) = split_between(stated);
+            if let Some(held) = between {
+                ledger.between.push((name.to_string(), held));
+            }
             let Some(own) = spelled(unit) else { continue };
-            if own != unit || bracket != '[' {
+            if own != stated || bracket != '[' {
                 let new = format!("{name} [{own}]");
                 // Characters that look alike are no assumption.
-                if bracket != '[' || dimension_of(unit).is_err() {
+                if bracket != '[' || between.is_some() || dimension_of(unit).is_err() {
                     read.push(format!("'{cell}' as '{new}'"));
                 }
                 *cell = new;
@@ -168,7 +200,7 @@ impl Layout {
 fn sample(text: &str, delimiter: char, skips_first: bool) -> Result<Vec<Sampled>> {
     let records =
         CsvRecords::new(text, delimiter).skip(usize::from(skips_first)).filter(|r| r.as_ref().map_or(true, |r| r.comment.is_none()));
-    records.take(SAMPLE).map(|record| record.map(|Record { line, cells, .. }| Sampled { line, cells })).collect()
+    records.take(SAMPLE).map(|record| record.map(|Record { line, cells, .. }| Sampled { line, cells: rejoined(cells) })).collect()
 }
 
 /// The most frequent number of cells, and how many records have it; more than one cell is a table.
@@ -179,33 +211,4 @@ fn usual_count(records: &[Sampled]) -> (usize, usize) {
     }
     let (count, times) = counts.into_iter().max_by_key(|(count, times)| (*times, *count)).unwrap_or((1, 0));
     (count, if count > 1 { times } else { 0 })
-}
-
-/// Whether cells can be a header: one carries a unit, or none is a number.
-fn is_header(cells: &[String]) -> bool {
-    // A title stands alone in its line, whatever delimiters a spreadsheet puts behind it.
-    if cells.len() > 1 && cells.iter().filter(|cell| !cell.is_empty()).count() < 2 {
-        return false;
-    }
-    let is_number = |cell: &String| cell.replace(',', ".").parse::<f64>().is_ok();
-    cells.iter().any(|cell| split_unit(cell).is_some_and(|(_, _, bracket)| bracket == '[')) || !cells.iter().any(is_number)
-}
-
-/// Whether cells can be the units of the columns: all that are filled are units, and one at least is no number.
-fn is_units(cells: &[String]) -> bool {
-    let mut filled = cells.iter().filter(|cell| !cell.is_empty()).peekable();
-    filled.peek().is_some()
-        && filled.all(|cell| spelled(cell).is_some())
-        && cells.iter().any(|c| !c.is_empty() && c.parse::<f64>().is_err())
-}
-
-/// Name, unit and opening bracket of `name [unit]` or `name (unit)`.
-fn split_unit(cell: &str) -> Option<(&str, &str, char)> {
-    let (rest, open) = match cell.strip_suffix(']') {
-        Some(rest) => (rest, '['),
-        None => (cell.strip_suffix(')')?, '('),
-    };
-    let (name, unit) =
-        if open == '[' { rest.rsplit_once('[')? } else { rest.split_once('(').filter(|(_, unit)| spelled(unit).is_some())? };
-    Some((name.trim(), unit.trim(), open))
 }

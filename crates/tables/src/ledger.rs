@@ -28,16 +28,24 @@ pub struct Ledger {
     pub left_out: BTreeMap<&'static str, Vec<usize>>,
     /// Number of cells without a number, by what stands in them.
     pub missing: BTreeMap<String, usize>,
+    /// Columns whose header says what they do between two rows: whether they are held.
+    #[serde(skip)]
+    pub between: Vec<(String, bool)>,
 }
 
 /// Reasons for lines that are no rows of any table; lines left out for another reason had been meant as rows.
 pub(crate) const BLANK: &str = "blank";
-pub(crate) const REMARK: &str = "a remark behind '#'";
+const REMARKS: [(&str, &str); 3] = [("#", "a remark behind '#'"), ("//", "a remark behind '//'"), ("%", "a remark behind '%'")];
 pub(crate) const ABOVE: &str = "above the header";
 
 impl Ledger {
     pub(crate) fn leave_out(&mut self, reason: &'static str, line: usize) {
         self.left_out.entry(reason).or_default().push(line);
+    }
+
+    pub(crate) fn leave_out_remark(&mut self, mark: &str, line: usize) {
+        let reason = REMARKS.iter().find(|(own, _)| *own == mark).map_or(REMARKS[0].1, |(_, reason)| reason);
+        self.leave_out(reason, line);
     }
 
     /// Line of a row, counted from 0, where it is known.
@@ -47,8 +55,9 @@ impl Ledger {
 
     /// Reason why a table is not plain: something was assumed, or lines that had been meant as rows were left out.
     pub(crate) fn doubt(&self) -> Option<String> {
-        let lost = self.left_out.iter().find(|(reason, _)| ![BLANK, REMARK].contains(reason));
-        self.assumed.first().cloned().or_else(|| lost.map(|(reason, lines)| left_out(reason, lines)))
+        let lost = self.left_out.iter().find(|(reason, _)| **reason != BLANK && REMARKS.iter().all(|(_, own)| own != *reason));
+        let between = || self.between.first().map(|(name, _)| format!("the header of '{name}' says what it does between two rows"));
+        self.assumed.first().cloned().or_else(|| lost.map(|(reason, lines)| left_out(reason, lines))).or_else(between)
     }
 
     /// Sentences for a reader: the count, then everything that was assumed, noted or left out.

@@ -18,15 +18,19 @@
 #![warn(missing_docs)]
 #![cfg_attr(not(test), warn(clippy::unwrap_used, clippy::panic))]
 
+mod cell;
 mod csv;
 mod decoded;
 mod frame;
+mod header;
 mod layout;
 mod ledger;
 mod parquet;
+mod reader;
 mod records;
 mod spreadsheet;
 mod stamps;
+mod statistic;
 
 use std::path::Path;
 
@@ -190,7 +194,7 @@ impl Table {
         Ok(())
     }
 
-    /// Reads a plain table: Parquet if the name ends in `.parquet`, the first or the named sheet of `.xlsx`, CSV otherwise.
+    /// Reads a plain table: Parquet if the name ends in `.parquet`, the first or the named sheet of a workbook, CSV otherwise.
     ///
     /// # Errors
     /// The file cannot be read, or its content is not a table; something had to be assumed ([`Table::read_with_ledger`] takes
@@ -221,7 +225,7 @@ impl Table {
         let ending = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
         match ending.as_deref() {
             Some("parquet") => Table::from_parquet_with_ledger(bytes, path),
-            Some("xlsx") => spreadsheet::read(bytes, None, path),
+            Some(own) if spreadsheet::ENDINGS.contains(&own) => spreadsheet::read(bytes, None, path),
             _ => {
                 let mut ledger = Ledger::default();
                 let text = decoded(&bytes, path, &mut ledger)?;

@@ -1,4 +1,4 @@
-//! Records of CSV text (RFC 4180 quoting): rows of cells, and remarks behind '#'.
+//! Records of CSV text (RFC 4180 quoting): rows of cells, and remarks behind '#', '//' or '%'.
 
 use coldplate_base::error::{Error, Result};
 
@@ -9,8 +9,17 @@ pub(crate) struct Record<'a> {
     /// Last line of the record; a quoted cell may hold line ends.
     pub last_line: usize,
     pub cells: Vec<String>,
-    /// The rest of a line behind '#'.
-    pub comment: Option<&'a str>,
+    /// A remark: its mark, and the rest of the line behind it.
+    pub comment: Option<(&'static str, &'a str)>,
+}
+
+/// Marks at the beginning of a remark.
+const MARKS: [&str; 3] = ["#", "//", "%"];
+
+/// Mark and text of a line that is a remark.
+pub(crate) fn remark(line: &str) -> Option<(&'static str, &str)> {
+    let line = line.trim_start();
+    MARKS.into_iter().find_map(|mark| line.strip_prefix(mark).map(|rest| (mark, rest.trim())))
 }
 
 /// Splits text into records, skipping empty lines; quoted cells may hold line ends.
@@ -25,7 +34,7 @@ impl<'a> CsvRecords<'a> {
         Self { rest: text, line: 0, delimiter }
     }
 
-    /// Cells of one line, which may begin with '#'; `None` if a quote in it is not closed.
+    /// Cells of one line, which may begin like a remark; `None` if a quote in it is not closed.
     pub(crate) fn row(line: &'a str, delimiter: char) -> Option<Vec<String>> {
         Self { rest: "", line: 1, delimiter }.cells(line).ok()
     }
@@ -41,7 +50,6 @@ impl<'a> CsvRecords<'a> {
 
     /// The cells of a row that starts with `first`; an open quote continues the row on the next line.
     fn cells(&mut self, first: &'a str) -> Result<Vec<String>> {
-        let start = self.line;
         let mut cells = Vec::new();
         // A tab may be a delimiter: blanks alone are trimmed in front of a cell.
         let trimmed = |text: &'a str| text.trim_start_matches([' ', '\u{a0}']);
@@ -54,7 +62,7 @@ impl<'a> CsvRecords<'a> {
                 rest = trimmed(after);
                 continue;
             };
-            let mut text = String::new();
+            let (mut text, start) = (String::new(), self.line);
             let after = loop {
                 let Some(end) = inside.find('"') else {
                     text += inside;
@@ -77,7 +85,13 @@ impl<'a> CsvRecords<'a> {
                 return Ok(cells);
             }
             rest = trimmed(after.strip_prefix(self.delimiter).ok_or_else(|| {
-                Error::input("text stands behind a closing quote").at_line(self.line).read(after).help("quote the whole cell")
+                let error = Error::input("text stands behind a closing quote").at_line(start).read(after);
+                match self.line {
+                    line if line == start => error.help("quote the whole cell"),
+                    line => {
+                        error.help(format!("the quote that opens here is closed in line {line}: close it in its own line, or remove it"))
+                    }
+                }
             })?);
         }
     }
@@ -93,8 +107,8 @@ impl<'a> Iterator for CsvRecords<'a> {
             if text.trim().is_empty() {
                 continue;
             }
-            if let Some(comment) = text.trim_start().strip_prefix('#') {
-                return Some(Ok(Record { line, last_line: line, cells: Vec::new(), comment: Some(comment.trim()) }));
+            if let Some(comment) = remark(text) {
+                return Some(Ok(Record { line, last_line: line, cells: Vec::new(), comment: Some(comment) }));
             }
             let cells = self.cells(text);
             return Some(cells.map(|cells| Record { line, last_line: self.line, cells, comment: None }));

@@ -3,6 +3,7 @@
 use chrono::{DateTime, Datelike, Duration, FixedOffset, LocalResult, NaiveDate, NaiveDateTime, NaiveTime, TimeZone, Utc};
 use chrono_tz::Tz;
 
+use crate::header::is_time;
 use crate::{Column, Ledger, Table, TextColumn};
 use coldplate_base::error::{Error, Result};
 use coldplate_base::units::{Dimension, convert};
@@ -26,14 +27,43 @@ const DATES: [(&str, &str); 11] = [
     ("%d-%b-%Y", "day-month-year"),
     ("%d %b %Y", "day month year"),
 ];
-/// Formats of clock times.
-const CLOCKS: [&str; 4] = ["%H:%M:%S%.f", "%H:%M", "%I:%M:%S%.f %p", "%I:%M %p"];
+/// Formats of clock times; milliseconds may stand behind a colon.
+const CLOCKS: [&str; 5] = ["%H:%M:%S%.f", "%H:%M", "%I:%M:%S%.f %p", "%I:%M %p", "%H:%M:%S:%3f"];
+/// Names of columns of times with a unit, in small letters and without blanks and signs.
+const NAMES_WITH_UNIT: [&str; 17] = [
+    "time",
+    "t",
+    "zeit",
+    "elapsed",
+    "elapsedtime",
+    "timeelapsed",
+    "laufzeit",
+    "reltime",
+    "relativetime",
+    "timestamp",
+    "seconds",
+    "sec",
+    "minutes",
+    "hours",
+    "tijd",
+    "temps",
+    "tiempo",
+];
 /// Seconds since 1970 between 2001-09-09 and 2096-10-02: times of the clock, no times of a test.
 const EPOCH: std::ops::Range<f64> = 1e9..4e9;
 /// Days since 1899-12-30 between 1954 and 2118, as spreadsheets count them: dates, no times of a test.
 const SERIAL_DAYS: std::ops::Range<f64> = 20_000.0..80_000.0;
 /// Days from 1899-12-30 to 1970-01-01.
 const SERIAL_OF_1970: f64 = 25_569.0;
+/// Days since the year 0 between 1954 and 2118, as MATLAB's datenum counts them.
+const DATENUM_DAYS: std::ops::Range<f64> = 713_700.0..773_700.0;
+/// Days from the year 0 to 1970-01-01 (MATLAB's datenum(1970, 1, 1)).
+const DATENUM_OF_1970: f64 = 719_529.0;
+/// Smaller units in which clocks count the time since 1970, per second.
+const SMALL_UNITS: [(f64, &str); 3] = [(1e3, "milliseconds"), (1e6, "microseconds"), (1e9, "nanoseconds")];
+/// Largest usual step of times that look like days under a header in another unit: half an hour in days. Chosen: readings of
+/// machines come in steps of seconds to minutes, hardly ever of hundredths of a second.
+const STEP_OF_DAYS: f64 = 0.021;
 
 /// A date, a clock time or both, as parts that may come from two columns.
 #[derive(Clone, Copy)]
@@ -57,10 +87,14 @@ impl Table {
     /// Stamps of which the order of day and month cannot be told; some with and some without a zone; no such zone; a local time that
     /// the zone skips.
     pub fn read_stamps(&mut self, ledger: &mut Ledger, zone: Option<&str>) -> Result<()> {
+        self.name_times(ledger);
         if let Some(column) = self.columns.iter_mut().find(|c| c.name == TIME) {
             return count_from_first(column, ledger);
         }
-        let Some((parts, format)) = self.stamped()? else { return Ok(()) };
+        let Some((parts, format)) = self.stamped()? else {
+            self.read_elapsed(ledger);
+            return Ok(());
+        };
         let zone = match zone {
             Some(name) => Some(name.parse::<Tz>().map_err(|_| {
                 Error::input("no such time zone")
@@ -122,15 +156,37 @@ impl Table {
         Ok(())
     }
 
+    /// Calls the one column with a unit of time and a name such as `Time` or `Zeit` by its name here, if no other is called so.
+    fn name_times(&mut self, ledger: &mut Ledger) {
+        if self.columns.iter().any(|c| c.name == TIME) {
+            return;
+        }
+        let mut called = self.columns.iter_mut().filter(|c| is_time(&c.unit) && NAMES_WITH_UNIT.contains(&plain(&c.name).as_str()));
+        if let (Some(column), None) = (called.next(), called.next()) {
+            ledger.assumed.push(format!("'{}' holds the times", column.header()));
+            column.name = TIME.into();
+        }
+    }
+
+    /// Makes the column of times from texts such as `36:15:00`, hours that count on beyond a day.
+    fn read_elapsed(&mut self, ledger: &mut Ledger) {
+        let is_called = |column: &TextColumn| NAMES.iter().any(|own| plain(&column.name).starts_with(own));
+        let seconds = |column: &TextColumn| column.values.iter().map(|text| elapsed(text)).collect::<Option<Vec<f64>>>();
+        let found = self.texts.iter().enumerate().filter(|(_, column)| is_called(column)).find_map(|(i, c)| Some((i, seconds(c)?)));
+        let Some((i, values)) = found.filter(|(_, values)| !values.is_empty()) else { return };
+        let name = self.texts.remove(i).name;
+        ledger.assumed.push(format!("'{name}' holds hours, minutes and seconds that count on beyond a day"));
+        self.columns.insert(self.inputs, Column { name: TIME.into(), unit: "s".into(), values });
+    }
+
     /// Text columns that hold the time of each row, and their format; a date and a clock may stand in two columns.
     fn stamped(&self) -> Result<Option<(Vec<usize>, StampFormat)>> {
         let tests = self.text("test").map_or(0, |t| t.values.iter().collect::<std::collections::HashSet<_>>().len());
         let is_log = tests == 0 || 2 * tests <= self.rows();
         let mut found: Vec<(usize, StampFormat)> = Vec::new();
         for (i, column) in self.texts.iter().enumerate() {
-            let plain: String = column.name.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect();
             if is_log
-                && NAMES.iter().any(|own| plain.starts_with(own))
+                && NAMES.iter().any(|own| plain(&column.name).starts_with(own))
                 && let Some(format) = format_of(&column.values).map_err(|e| e.at_key(column.name.clone()))?
             {
                 found.push((i, format));
@@ -150,9 +206,24 @@ impl Table {
     }
 }
 
-/// Whether a text is a date, a clock time or both.
+/// A name in small letters, without blanks and signs.
+fn plain(name: &str) -> String {
+    name.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect()
+}
+
+/// Seconds of hours, minutes and seconds with colons between.
+fn elapsed(text: &str) -> Option<f64> {
+    let parts: Vec<&str> = text.trim().split(':').collect();
+    let [hours, minutes, seconds] = parts[..] else { return None };
+    let below_60 = |value: f64| Some(value).filter(|value| (0.0..60.0).contains(value));
+    let minutes = below_60(f64::from(minutes.parse::<u32>().ok()?))?;
+    let seconds = below_60(seconds.replace(',', ".").parse().ok()?)?;
+    Some(3600.0 * f64::from(hours.parse::<u32>().ok()?) + 60.0 * minutes + seconds)
+}
+
+/// Whether a text is a date, a clock time or both, or hours, minutes and seconds that count on beyond a day.
 pub fn is_stamp(text: &str) -> bool {
-    text.contains([':', '-', '/', '.']) && formats().any(|format| format.read(text.trim()).is_some())
+    text.contains([':', '-', '/', '.']) && (elapsed(text).is_some() || formats().any(|format| format.read(text.trim()).is_some()))
 }
 
 fn formats() -> impl Iterator<Item = StampFormat> {
@@ -194,11 +265,14 @@ impl StampFormat {
             Some((format, _)) => NaiveDate::parse_from_str(&date, format).ok().filter(|date| date.year() > 999)?,
             None => NaiveDate::default(),
         };
-        let clock = match self.clock {
+        // The end of a day may be written as its 24th hour.
+        let is_midnight = clock.trim().starts_with("24:") && clock.trim()[2..].chars().all(|c| matches!(c, ':' | '0' | '.'));
+        let clock = if is_midnight { clock.replacen("24:", "00:", 1) } else { clock };
+        let time = match self.clock {
             Some(format) => NaiveTime::parse_from_str(&clock, format).ok()?,
             None => NaiveTime::MIN,
         };
-        Some(Stamp { local: NaiveDateTime::new(date, clock), offset })
+        Some(Stamp { local: NaiveDateTime::new(date, time) + Duration::days(i64::from(is_midnight)), offset })
     }
 }
 
@@ -238,28 +312,48 @@ impl Stamp {
     }
 }
 
-/// Counts times of a clock, seconds since 1970 or days of a spreadsheet, from the first row.
+/// Counts times of a clock, the time since 1970 or days of a spreadsheet or of MATLAB, from the first row.
+///
+/// # Errors
+/// Days under a header in another unit.
 fn count_from_first(column: &mut Column, ledger: &mut Ledger) -> Result<()> {
     let Some(first) = column.values.iter().copied().find(|v| !v.is_nan()) else { return Ok(()) };
     let Ok(seconds) = convert(first, &column.unit, Dimension::TIME) else { return Ok(()) };
     let days = seconds / 86_400.0;
-    let (since, what) = if column.unit.trim() == "d" && SERIAL_DAYS.contains(&days) {
-        ((days - SERIAL_OF_1970) * 86_400.0, "days as spreadsheets count them")
+    let is_in_days = column.unit.trim() == "d";
+    let small = SMALL_UNITS.into_iter().find(|(per_second, _)| EPOCH.contains(&(first / per_second)));
+    // The time of the first row since 1970, s; that of the rows for one in the file, s; the last digit that is kept, s.
+    let (since, per_unit, digit, what) = if is_in_days && SERIAL_DAYS.contains(&days) {
+        ((days - SERIAL_OF_1970) * 86_400.0, 86_400.0, 1e-3, "days as spreadsheets count them".to_string())
+    } else if is_in_days && DATENUM_DAYS.contains(&days) {
+        ((days - DATENUM_OF_1970) * 86_400.0, 86_400.0, 1e-3, "days as MATLAB counts them (datenum)".to_string())
     } else if EPOCH.contains(&seconds) {
-        (seconds, "the time since 1970, UTC")
+        (seconds, seconds / first, 1e-3, "the time since 1970, UTC".to_string())
+    } else if let Some((per_second, name)) = small {
+        (first / per_second, 1.0 / per_second, 1e-6, format!("the time since 1970 in {name}, UTC, whatever its header says"))
     } else {
-        return Ok(());
+        return not_days(column, first).map_or(Ok(()), Err);
     };
     let start =
         DateTime::from_timestamp_millis((since * 1e3).round() as i64).map_or(String::new(), |t| t.format("%Y-%m-%d %H:%M:%S").to_string());
     ledger.assumed.push(format!("'{}' holds {what}; time runs from {start}", column.header()));
-    // Days with nine decimals are exact to a tenth of a millisecond.
-    let per_unit = seconds / first;
     for value in &mut column.values {
-        *value = ((*value - first) * per_unit * 1e3).round() / 1e3;
+        // Days with nine decimals are exact to a tenth of a millisecond.
+        *value = ((*value - first) * per_unit / digit).round() * digit;
     }
     column.unit = "s".into();
     Ok(())
+}
+
+/// Error of a column that counts days under a header in another unit.
+fn not_days(column: &Column, first: f64) -> Option<Error> {
+    let is_date = SERIAL_DAYS.contains(&first) || DATENUM_DAYS.contains(&first);
+    let mut steps: Vec<f64> = column.values.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 0.0).collect();
+    steps.sort_by(f64::total_cmp);
+    let usual = steps.get(steps.len() / 2)?;
+    let error = Error::input("these times look like days of a calendar").at_key(column.header()).read(first);
+    let help = "write 'time [d]' in the header for days of a spreadsheet or of MATLAB; if it is right, begin the times at 0";
+    (is_date && column.unit.trim() != "d" && *usual < STEP_OF_DAYS).then(|| error.help(help))
 }
 
 #[cfg(test)]
@@ -285,6 +379,11 @@ mod tests {
             ("Date Time GMT+02:00", "05/13/24 10:00:00 AM", "05/13/24 10:01:30 AM"),
             ("time [ms]", "1553424480000", "1553424570000"),
             ("time [d]", "45231.708333333", "45231.709375"),
+            ("time [s]", "1553424480000", "1553424570000"),
+            ("time [d]", "738000.708333333", "738000.709375"),
+            ("Timestamp", "01.05.2024 10:00:00:250", "01.05.2024 10:01:30:250"),
+            ("Date/Time", "2024-05-01 23:58:30", "2024-05-01 24:00:00"),
+            ("Zeit", "23:58:30", "24:00:00"),
         ] {
             let text = format!("{header},motor [degC]\n{first},20\n{second},21\n");
             let (times, assumed) = read(&text, None).unwrap_or_else(|e| panic!("{text}: {e}"));
@@ -297,6 +396,32 @@ mod tests {
         assert!(times == [0.0, 7200.0] && assumed.iter().any(|s| s.contains("2024-05-01 23:00:00")), "{assumed:?}");
         let (times, _) = read("Date,Time,motor [degC]\n2024-05-01,23:00,20\n2024-05-02,01:00,21\n", None).unwrap();
         assert_eq!(times, [0.0, 7200.0]);
+    }
+
+    #[test]
+    fn columns_of_times_are_found_by_name_and_unit() {
+        for (header, first, second) in [
+            ("Time [s]", "0", "90"),
+            ("Zeit [min]", "0", "1.5"),
+            ("seconds", "0", "90"),
+            ("Elapsed_s", "0", "90"),
+            ("Laufzeit", "1:00", "2:30"),
+            ("time", "23:59:00", "24:00:30"),
+            ("time", "100:00:00", "100:01:30"),
+        ] {
+            let text = format!("{header},motor [degC]\n{first},20\n{second},21\n");
+            let Ok((mut table, mut ledger)) = Table::from_text(&text, Path::new("f.csv"), Ledger::default()) else { panic!("{text}") };
+            table.read_stamps(&mut ledger, None).unwrap();
+            let seconds = table.column_si(TIME, Dimension::TIME);
+            if header == "Laufzeit" {
+                assert!(seconds.is_err(), "hours and minutes, or minutes and seconds");
+                continue;
+            }
+            let seconds = seconds.unwrap_or_else(|e| panic!("{text}: {e}"));
+            assert!((seconds[1] - seconds[0] - 90.0).abs() < 1e-9 && !ledger.assumed.is_empty(), "{text}: {seconds:?}");
+        }
+        let days = read("time [s],motor [degC]\n738000.5,20\n738000.501,21\n738000.502,21\n", None).unwrap_err().to_string();
+        assert!(days.contains("time [d]"), "{days}");
     }
 
     #[test]

@@ -5,7 +5,7 @@ mod text;
 use std::path::PathBuf;
 
 use super::condition::pair_of;
-use super::measured;
+use super::measured::{self, DataArgs};
 use super::output::{self, Output};
 use coldplate_base::atomic_file;
 use coldplate_base::error::Result;
@@ -36,6 +36,8 @@ pub struct Args {
     /// Do not try a kind of cause, for example "radiative link"; may be repeated
     #[arg(long, value_name = "KIND")]
     without: Vec<String>,
+    #[command(flatten)]
+    readings: DataArgs,
     /// The state logs begin with: "steady", "readings" (each test at the mean of its first readings), "parts" (each part and node
     /// at the mean of those of its own sensors), or a temperature
     #[arg(long, value_name = "STATE", default_value = "steady")]
@@ -92,7 +94,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         command_input::must_be_new(surrogate, "--surrogate")?;
         refit::check(machine).map_err(|e| e.in_file(&args.machine))?;
     }
-    let data = command_input::data(args.data.as_deref(), machine)?;
+    let data = command_input::data(args.data.as_deref(), &args.readings.between(), machine)?;
     let uncertainty = measured::uncertainty(args.data.as_deref(), &args.machine, &data, machine, out)?;
     let start = command_input::start(&args.from)?;
     let mut uncertain = args.uncertain.iter().map(|text| uncertain(text, &study)).collect::<Result<Vec<_>>>()?;
@@ -113,6 +115,14 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     if !args.keep_all {
         problem = problem.cleared()?;
     }
+    // Tests keep their numbers where some of them are held out.
+    let mut divided = None;
+    if !args.readings.hold_out.is_empty() {
+        problem = problem.timed()?;
+        let (rest, own) = problem.holding_out(&args.readings.hold_out)?;
+        out.note(&format!("note: {}", own.words));
+        (problem, divided) = (rest, Some(own));
+    }
     if !args.every_row {
         let (rows, readings) = (problem.data.rows.len(), problem.data.count());
         problem = problem.thinned();
@@ -122,7 +132,9 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
             out.note(&format!("note: {looked} of {rows} rows are looked at, {compared}; --every-row takes all"));
         }
     }
-    problem = problem.timed()?;
+    if divided.is_none() {
+        problem = problem.timed()?;
+    }
     let found = coldplate_findings::examine(&problem, &path, args.surrogate.as_deref(), &out.progress())?;
     // Everything is made before anything is written.
     let report = args.report.as_ref().map(|_| found.report()).transpose()?;
@@ -139,8 +151,13 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         (Some(path), None) => out.note(&format!("note: {} is not drawn: no cause was added to the machine", path.display())),
         (None, _) => {}
     }
+    let held_out = divided.map(|divided| found.held_out(&divided)).transpose()?;
+    let machine = &found.problem.study.model.machine;
+    let untouched = held_out.as_ref().map_or(String::new(), |own| measured::not_used(own, machine));
+    let mut record = found.record();
+    record.held_out = held_out.map(|own| own.record(machine));
     let failed: String = found.failed.iter().map(|sentence| format!("FAILED: {sentence}\n")).collect();
-    out.report(&(text::text(&found) + &failed), &found.record());
+    out.report(&(text::text(&found) + &untouched + &failed), &record);
     // The answer stands; a step behind it that broke down is a failure of the numerics all the same.
     Ok(if found.failed.is_empty() { 0 } else { 4 })
 }

@@ -6,7 +6,8 @@ mod show;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use super::measured;
+use super::interrupt;
+use super::measured::{self, DataArgs};
 use super::mesh_options::MeshArgs;
 use super::output::Output;
 use coldplate_base::atomic_file;
@@ -14,6 +15,7 @@ use coldplate_base::error::{Error, Result};
 use coldplate_base::progress::Progress;
 use coldplate_evidence::command_input;
 use coldplate_evidence::identify::{self, Advice, Estimate, Free, IdentifyOptions, IdentifyProblem, ParameterProfile};
+use coldplate_evidence::measurement::DividedData;
 use coldplate_evidence::record::HeldOut;
 use coldplate_explore::stop;
 use coldplate_solve::study::{StateTables, Study};
@@ -31,8 +33,10 @@ pub struct Args {
     #[arg(long = "free", value_name = "KEY")]
     free: Vec<String>,
     /// Find them from this test only and predict the others untouched; may be repeated (default: all tests)
-    #[arg(long = "use", value_name = "TEST")]
+    #[arg(long = "use", value_name = "TEST", conflicts_with = "hold_out")]
     use_tests: Vec<String>,
+    #[command(flatten)]
+    readings: DataArgs,
     /// Leave out a sensor; may be repeated
     #[arg(long = "without", value_name = "SENSOR")]
     without: Vec<String>,
@@ -78,7 +82,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let tables = if args.full { StateTables::InFull } else { StateTables::Reduced };
     let study = Study::read(&args.machine, &sets, args.mesh.cells)?.with_tables(tables);
     let machine = &study.model.machine;
-    let mut all = command_input::data(args.data.as_deref(), machine)?;
+    let mut all = command_input::data(args.data.as_deref(), &args.readings.between(), machine)?;
     command_input::drop_sensors(&mut all, &args.without)?;
     let uncertainty = measured::uncertainty(args.data.as_deref(), &args.machine, &all, machine, out)?;
     let start = command_input::start(&args.from)?;
@@ -87,12 +91,11 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         progress.at("faulty readings");
         command_input::clear(&mut all, &study, &uncertainty, start, args.keep_all)?
     };
-    let (data, others) = if args.use_tests.is_empty() {
-        (all.clone(), None)
-    } else {
-        let (chosen, others) = all.split(&args.use_tests)?;
-        (chosen, (!others.rows.is_empty()).then_some(others))
+    let divided = match args.use_tests.is_empty() {
+        true => args.readings.divided(&all, out)?,
+        false => Some(DividedData::using(&all, &args.use_tests)?).filter(|divided| divided.data().count() > 0),
     };
+    let data = divided.as_ref().map_or(all, |divided| divided.fitted.clone());
     if args.free.is_empty() && args.scan.is_empty() {
         let usual: Vec<String> = study.usual_parameters().iter().filter(|p| p.variable().is_none()).map(|p| p.name.clone()).collect();
         return Err(Error::input("no number to find is named").at_key("--free").help(format!(
@@ -114,19 +117,20 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     if !args.scan.is_empty() {
         return scan::run(args, &problem, out);
     }
+    // From here on a signal ends the search, and the answer says how far it came.
+    interrupt::leave();
     stop::listen();
     let progress = out.progress();
     let options = IdentifyOptions { starts: args.starts.into(), ..IdentifyOptions::default() };
     let estimate = identify::identify_and_learn(&problem, &options, &progress)?;
     let (profiles, advice) = if args.brief { (Vec::new(), Vec::new()) } else { further(&problem, &estimate, out, &progress)? };
-    let held_out = match &others {
-        Some(others) => {
-            let study = problem.machine_at(&estimate.values)?;
-            let predicted = |study: &Study| match estimate.mesh.is_none() {
-                true => identify::values(study, others, start),
-                false => identify::continued(study, others, start),
+    let held_out = match &divided {
+        Some(divided) => {
+            let predict = |study: &Study, data: &_| match estimate.mesh.is_none() {
+                true => identify::values(study, data, start),
+                false => identify::continued(study, data, start),
             };
-            Some(HeldOut { data: others.clone(), before: predicted(&problem.study)?, after: predicted(&study)? })
+            Some(HeldOut::of(divided, [&problem.study, &problem.machine_at(&estimate.values)?], predict)?)
         }
         None => None,
     };

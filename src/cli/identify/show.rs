@@ -2,13 +2,11 @@
 
 use std::path::Path;
 
+use super::super::measured::{not_used, reading_rows};
 use super::super::text::table;
 use coldplate_base::numbers::significant;
-use coldplate_base::units::Measurand;
-use coldplate_describe::machine::Machine;
 use coldplate_evidence::faulty_readings::{self, Fault};
 use coldplate_evidence::identify::{Advice, Estimate, IdentifyProblem, ParameterProfile};
-use coldplate_evidence::measurement::{Data, whiten};
 use coldplate_evidence::record::{HeldOut, IdentifyRecord};
 
 /// Estimated error of a sensor, in stated standard deviations, above which the sensor is named. Chosen: smaller ones
@@ -165,19 +163,8 @@ impl IdentifyResults<'_> {
         let rows = reading_rows(&problem.study.model.machine, &problem.data, &estimate.predictions.0, &estimate.predictions.1);
         let heading = ["test", "sensor", "measured degC", "before", "after", "difference K"];
         let mut text = format!("\n{}", table(&heading, &rows));
-        if let Some(HeldOut { data: others, before, after }) = &self.held_out {
-            let machine = &problem.study.model.machine;
-            let rmse = |measurand: Measurand| {
-                let [after, before] = [after, before].map(|predicted| whiten::rmse(machine, others, predicted, measurand));
-                let unit = measurand.unit_of_differences();
-                Some(format!("{:.3} {unit}, {:.3} {unit} before", after?, before?))
-            };
-            let said: Vec<String> = [Measurand::Temperature, Measurand::Displacement].into_iter().filter_map(rmse).collect();
-            text += &format!("\nnot used, predicted untouched (root mean square difference {})\n\n", said.join("; "));
-            text += &table(
-                &["test", "sensor", "measured degC", "before", "after", "difference K"],
-                &reading_rows(&self.problem.study.model.machine, others, before, after),
-            );
+        if let Some(held_out) = &self.held_out {
+            text += &not_used(held_out, &problem.study.model.machine);
         }
         text
     }
@@ -239,25 +226,4 @@ impl IdentifyResults<'_> {
 
 fn plural(n: usize, what: &str) -> String {
     format!("{n} {what}{}", if n == 1 { "" } else { "s" })
-}
-
-/// Rows for a reader: of logs only the last of each test.
-fn reading_rows(machine: &Machine, data: &Data, before: &[f64], after: &[f64]) -> Vec<Vec<String>> {
-    let readings = whiten::readings(data);
-    let is_last = |r: usize| !data.is_transient() || data.rows.iter().rposition(|row| row.test == data.rows[r].test) == Some(r);
-    let places = whiten::places(data);
-    let of = |(i, (r, k)): (usize, &(usize, usize))| {
-        let shown = |reading: f64| data.shown(machine, *k, reading);
-        is_last(*r).then(|| {
-            vec![
-                data.rows[*r].test.clone(),
-                data.names[*k].clone(),
-                format!("{:.2}", shown(readings[i])),
-                format!("{:.2}", shown(before[i])),
-                format!("{:.2}", shown(after[i])),
-                format!("{:+.2}", after[i] - readings[i]),
-            ]
-        })
-    };
-    places.iter().enumerate().filter_map(of).collect()
 }

@@ -37,7 +37,7 @@ fn ctrl_c_says_what_is_kept() {
     let folder = std::env::temp_dir().join(format!("coldplate-interrupted-{}", std::process::id()));
     let cases: [(&[&str], &str); 2] = [
         (&["sweep", "sweeps/five_axis.toml", "--cells", "3000", "--out"], "the same command goes on from there"),
-        (&["identify", "machines/rig.toml", "--cells", "3000", "--free", "contact.motor.conductance", "--out"], "no result was written"),
+        (&["diagnose", "machines/rig.toml", "--cells", "3000", "--out"], "no result was written"),
     ];
     for (words, kept) in cases {
         let mut child = Command::new(env!("CARGO_BIN_EXE_coldplate"))

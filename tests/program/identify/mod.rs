@@ -1,8 +1,10 @@
 //! `identify` and `predict` as commands: data as they should not be, the written machine, what a test alone has, a measured board.
 
+mod between;
 mod board;
 mod command;
 mod data;
+mod hold_out;
 mod kept;
 mod loggers;
 mod per_test;

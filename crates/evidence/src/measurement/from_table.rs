@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::{Data, ReadingRow, ReadingSettings, TEST, TIME, beyond};
+use super::{Data, ReadingRow, ReadingSettings, TEST, TIME, bare_times, beyond, repeated_times};
 use coldplate_base::error::{Error, Result, did_you_mean};
 use coldplate_base::units::{self, Dimension, Measurand, celsius};
 use coldplate_describe::machine::{Condition, DescribedVariable, Machine};
@@ -12,8 +12,8 @@ use coldplate_tables::{Column, Ledger, Table, is_stamp};
 const FARTHEST: f64 = 1e5;
 /// Bounds of plausible temperatures of a machine, K. Chosen: numbers outside point to a wrong unit.
 const PLAUSIBLE: (f64, f64) = (150.0, 1500.0);
-/// Values outside the plausible bounds that scanners write if a sensor does not answer, degC: a missing reading. Chosen: any
-/// other such value is refused.
+/// Numbers outside the plausible bounds that scanners write if a sensor does not answer, in whatever unit: a missing reading. Chosen:
+/// any other such value is refused.
 const NO_ANSWER: [f64; 4] = [-127.0, -999.0, -9999.0, 9999.0];
 /// By how much clocks are set forward and back, s.
 const HOUR: f64 = 3600.0;
@@ -24,26 +24,47 @@ const LIKE_KELVIN: std::ops::Range<f64> = 250.0..420.0;
 /// Reads a table with the account of its lines.
 pub(super) fn read(table: &Table, ledger: Ledger, settings: &ReadingSettings, machine: &Machine, source: &str) -> Result<Data> {
     let columns = Columns::of(table, &ledger, machine)?;
-    let (mut rows, mut notes) = (Vec::with_capacity(table.rows()), ledger.sentences());
-    let (mut latest, mut second) = (HashMap::new(), 0);
-    for r in 0..table.rows() {
-        let mut row = columns.row(r, &mut notes).map_err(|e| columns.place(e, r))?;
-        follow(&mut rows, &mut latest, &mut row, &mut second).map_err(|e| columns.place(e, r))?;
-        rows.push(row);
-    }
-    if second > 0 {
-        notes.push(format!("{second} readings at a time that has one already were left out: of two rows at one time the first counts"));
-    }
+    let mut notes = ledger.sentences();
+    let mut rows = (0..table.rows()).map(|r| columns.row(r).map_err(|e| columns.place(e, r))).collect::<Result<Vec<_>>>()?;
+    notes.extend(columns.without_answer());
+    notes.extend(spread(&mut rows, machine));
+    notes.extend(follow(&mut rows)?);
     columns.check_sensors(&rows, &mut notes)?;
-    let held = settings.held(&rows, machine, &mut notes)?;
+    let held = settings.held(&rows, &ledger.between, machine, &mut notes)?;
     gaps(&rows, &mut notes);
     notes.extend(columns.unneeded());
     notes.extend(columns.missing());
     notes.extend(beyond::remarks(&rows, machine));
-    let sensors: Vec<usize> = columns.sensors.into_iter().map(|(s, _)| s).collect();
+    let sensors: Vec<usize> = columns.sensors.into_iter().map(|(s, ..)| s).collect();
     let names = sensors.iter().map(|s| machine.sensors[*s].name.clone()).collect();
     Data { source: source.to_string(), sensors, names, rows, held, ledger, notes }.checked()
 }
+
+/// Cell of a sensor's column.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Measured {
+    Missing,
+    /// The sign of a sensor that does not answer, as it stands in the file.
+    NoAnswer(f64),
+    /// A reading, K or um; temperatures below absolute zero are negative.
+    Value(f64),
+}
+
+impl Measured {
+    /// The content of a cell in a unit of `own`.
+    fn of(value: f64, unit: &str, own: Measurand) -> Self {
+        if value.is_nan() {
+            return Self::Missing;
+        }
+        let si = units::convert(value, unit, own.dimension());
+        let reading = si.map_or(-1.0, |si| own.of_si(si));
+        let is_sign = own == Measurand::Temperature && !(PLAUSIBLE.0..PLAUSIBLE.1).contains(&reading) && NO_ANSWER.contains(&value);
+        if is_sign { Self::NoAnswer(value) } else { Self::Value(reading) }
+    }
+}
+
+/// A sensor with its column and the content of the cells.
+type SensorColumn<'a> = (usize, &'a Column, Vec<Measured>);
 
 /// Columns of a table by what they hold.
 struct Columns<'a> {
@@ -52,8 +73,10 @@ struct Columns<'a> {
     ledger: &'a Ledger,
     /// Variables with a column.
     variables: Vec<(usize, &'a Column)>,
-    /// Sensors with their readings, K or um; not a number where missing.
-    sensors: Vec<(usize, Vec<f64>)>,
+    /// Sensors with their readings.
+    sensors: Vec<SensorColumn<'a>>,
+    /// Headers of columns with a unit that name nothing of the machine.
+    surplus: Vec<String>,
     /// Times of logs, s.
     times: Option<Vec<f64>>,
 }
@@ -64,6 +87,7 @@ impl<'a> Columns<'a> {
         let sensor_of = |name: &str| machine.sensors.iter().position(|s| s.name == name);
         let tests = table.text(TEST).map(|t| t.values.iter().collect::<HashSet<_>>().len());
         let is_steady = tests.is_some_and(|tests| 2 * tests > table.rows());
+        let is_without_times = !is_steady && table.columns.iter().all(|c| c.name != TIME);
         for text in &table.texts {
             // Times that cannot be read throughout: without them the rows of a log would be steady readings.
             let stamps = text.values.iter().filter(|cell| is_stamp(cell)).count();
@@ -84,6 +108,9 @@ impl<'a> Columns<'a> {
             if is_steady && text.name == TIME {
                 continue;
             }
+            if is_without_times && bare_times::is_like_times(table, text) {
+                return Err(like_times(&text.name, "has no unit and").at_line(ledger.header));
+            }
             if variable_of(&text.name).is_some() || sensor_of(&text.name).is_some() || text.name == TIME {
                 table.column(&text.name)?; // says that the unit is missing
             }
@@ -92,21 +119,28 @@ impl<'a> Columns<'a> {
                 return Err(unknown(&text.name, machine));
             }
         }
-        let (mut variables, mut sensors) = (Vec::new(), Vec::new());
+        let (mut variables, mut sensors, mut surplus) = (Vec::new(), Vec::new(), Vec::new());
         for column in table.columns.iter().filter(|c| c.name != TIME) {
             if let Some(variable) = variable_of(&column.name) {
                 units::convert(300.0, &column.unit, machine.variables[variable].dimension).map_err(|e| e.at_key(column.header()))?;
                 variables.push((variable, column));
             } else if let Some(sensor) = sensor_of(&column.name) {
                 let own = machine.sensors[sensor].measurand();
-                let values = table.column_si(&column.name, own.dimension())?;
-                sensors.push((sensor, values.into_iter().map(|si| own.of_si(si)).collect()));
-            } else {
+                units::convert(300.0, &column.unit, own.dimension()).map_err(|e| e.at_key(column.header()))?;
+                sensors.push((sensor, column, column.values.iter().map(|value| Measured::of(*value, &column.unit, own)).collect()));
+            } else if did_you_mean(&column.name, known(machine)).is_some() {
                 return Err(unknown(&column.name, machine));
+            } else if is_without_times
+                && units::dimension_of(&column.unit).is_ok_and(|d| d == Dimension::TIME)
+                && bare_times::rises(table, &column.values, true)
+            {
+                return Err(like_times(&column.name, "is not called 'time' and"));
+            } else {
+                surplus.push(column.header());
             }
         }
         let times = if table.columns.iter().any(|c| c.name == TIME) { Some(table.column_si(TIME, Dimension::TIME)?) } else { None };
-        Ok(Self { machine, table, ledger, variables, sensors, times })
+        Ok(Self { machine, table, ledger, variables, sensors, surplus, times })
     }
 
     /// Line of a row, if known.
@@ -122,7 +156,7 @@ impl<'a> Columns<'a> {
         }
     }
 
-    fn row(&self, r: usize, notes: &mut Vec<String>) -> Result<ReadingRow> {
+    fn row(&self, r: usize) -> Result<ReadingRow> {
         let test = match (self.table.text(TEST).map(|t| t.values[r].trim()), &self.times) {
             (Some(""), _) => return Err(Error::input("this row has no name of its test").at_key(TEST)),
             (Some(name), _) => name.to_string(),
@@ -134,7 +168,7 @@ impl<'a> Columns<'a> {
             return Err(Error::input("this row has no time").at_key(TIME).help("give every row its time, or remove it"));
         }
         let condition = self.condition(r, time)?;
-        let readings = self.sensors.iter().map(|(sensor, values)| self.reading(r, *sensor, values[r], notes)).collect::<Result<_>>()?;
+        let readings = self.sensors.iter().map(|own| self.reading(own, r)).collect::<Result<_>>()?;
         Ok(ReadingRow { test, time, condition, readings, line: self.line(r) })
     }
 
@@ -157,29 +191,39 @@ impl<'a> Columns<'a> {
     }
 
     /// Reading of a sensor (K or um) in a row; `None` if it is missing, or the sign of a sensor that does not answer.
-    fn reading(&self, r: usize, sensor: usize, value: f64, notes: &mut Vec<String>) -> Result<Option<f64>> {
-        let (name, shown) = (&self.machine.sensors[sensor].name, celsius(value));
-        let is_length = self.machine.sensors[sensor].measurand() == Measurand::Displacement;
-        let is_plausible = if is_length { value.abs() < FARTHEST } else { (PLAUSIBLE.0..PLAUSIBLE.1).contains(&value) };
-        if value.is_nan() || is_plausible {
-            return Ok(Some(value).filter(|_| is_plausible));
+    fn reading(&self, (sensor, column, values): &SensorColumn<'a>, r: usize) -> Result<Option<f64>> {
+        let Measured::Value(value) = values[r] else { return Ok(None) };
+        let name = &self.machine.sensors[*sensor].name;
+        let is_length = self.machine.sensors[*sensor].measurand() == Measurand::Displacement;
+        if if is_length { value.abs() < FARTHEST } else { (PLAUSIBLE.0..PLAUSIBLE.1).contains(&value) } {
+            return Ok(Some(value));
         }
         if is_length {
             let error = Error::input("this reading is no displacement of a machine").at_key(name);
             return Err(error.read(format!("{value:.1} um")).help("check the unit in the header"));
         }
-        if NO_ANSWER.iter().any(|sign| (shown - sign).abs() < 1e-3) {
-            let at = self.line(r).map_or(String::new(), |line| format!(" (line {line})"));
-            notes.push(format!("row {}{at}, '{name}': {shown:.0} degC is the sign of a sensor that does not answer: left out", r + 1));
-            return Ok(None);
-        }
-        let error = Error::input("this reading is no temperature of a machine").at_key(name).read(format!("{shown:.1} degC"));
+        let shown = if value < 0.0 { format!("{} {}", column.values[r], column.unit) } else { format!("{:.1} degC", celsius(value)) };
+        let error = Error::input("this reading is no temperature of a machine").at_key(name).read(shown);
         Err(error.help("check the unit in the header; leave the cell empty where the sensor failed"))
+    }
+
+    /// Sentences on readings that are the sign of a sensor that does not answer.
+    fn without_answer(&self) -> Vec<String> {
+        let of = |(sensor, _, values): &SensorColumn<'a>| {
+            let rows: Vec<usize> = (0..values.len()).filter(|r| matches!(values[*r], Measured::NoAnswer(_))).collect();
+            let Measured::NoAnswer(sign) = values[*rows.first()?] else { return None };
+            let at = self.line(rows[0]).map_or(String::new(), |line| format!(" (line {line})"));
+            let more = if rows.len() > 1 { format!(" and {} more", rows.len() - 1) } else { String::new() };
+            let name = &self.machine.sensors[*sensor].name;
+            let row = rows[0] + 1;
+            Some(format!("row {row}{at}{more}, '{name}': {sign:.0} is the sign of a sensor that does not answer: left out"))
+        };
+        self.sensors.iter().filter_map(of).collect()
     }
 
     /// Checks that no sensor shows kelvin as degC throughout; notes those that show nothing.
     fn check_sensors(&self, rows: &[ReadingRow], notes: &mut Vec<String>) -> Result<()> {
-        for (k, (sensor, _)) in self.sensors.iter().enumerate() {
+        for (k, (sensor, ..)) in self.sensors.iter().enumerate() {
             let name = &self.machine.sensors[*sensor].name;
             if let Some(column) = self.table.columns.iter().find(|c| c.name == *name && c.unit.trim() == "degC")
                 && let Some(first) = like_kelvin(rows, k, self.machine)
@@ -195,11 +239,14 @@ impl<'a> Columns<'a> {
         Ok(())
     }
 
-    /// Remark on the columns of texts that nothing needs.
-    fn unneeded(&self) -> Option<String> {
-        let names: Vec<String> =
-            self.table.texts.iter().filter(|t| ![TEST, "note"].contains(&t.name.as_str())).map(|t| format!("'{}'", t.name)).collect();
-        (!names.is_empty()).then(|| format!("columns without a unit that name nothing of this machine were left out: {}", names.join(", ")))
+    /// Remarks on the columns that nothing needs.
+    fn unneeded(&self) -> Vec<String> {
+        let texts = self.table.texts.iter().filter(|t| t.name != TEST).map(|t| format!("'{}'", t.name)).collect();
+        let numbers = self.surplus.iter().map(|header| format!("'{header}'")).collect();
+        let told = |(what, names): (&str, Vec<String>)| {
+            (!names.is_empty()).then(|| format!("columns {what} that name nothing of this machine were left out: {}", names.join(", ")))
+        };
+        [("without a unit", texts), ("with a unit", numbers)].into_iter().filter_map(told).collect()
     }
 
     /// Remark on the variables without a column.
@@ -210,38 +257,78 @@ impl<'a> Columns<'a> {
     }
 }
 
-/// Checks the time of a row against the row before it in its test. At an equal time, other conditions are a step and equal ones
-/// a copy; readings of one time count once, in the earlier row, and `second` counts the others. `latest` holds the last row of each
-/// test.
-fn follow(rows: &mut [ReadingRow], latest: &mut HashMap<String, usize>, row: &mut ReadingRow, second: &mut usize) -> Result<()> {
-    let Some(time) = row.time else { return Ok(()) };
-    let Some(other) = latest.insert(row.test.clone(), rows.len()) else { return Ok(()) };
-    let before = rows[other].time;
-    let period = rows[..other].iter().rev().filter(|r| r.test == row.test).find_map(|r| Some(before? - r.time?).filter(|step| *step > 0.0));
-    let earlier = &mut rows[other];
-    let Some(before) = earlier.time.filter(|before| time <= *before) else { return Ok(()) };
-    let there = earlier.line.map_or(String::new(), |l| format!(" in line {l}"));
-    if time < before {
-        let step = period.filter(|step| (time - before - (step - HOUR)).abs() <= 0.5 * step);
-        if step.is_some() {
-            let error =
-                Error::input("one hour stands twice in this log: its clock was set back").read(format!("{time} s after {before} s{there}"));
-            let help = "give times in UTC or with their offset, or name the zone in the file beside the data: zone = \"Europe/Berlin\"";
-            return Err(error.at_key(TIME).help(help));
+/// Spreads rows evenly within the last digit of a clock that repeats plainly; the sentences on it.
+fn spread(rows: &mut [ReadingRow], machine: &Machine) -> Vec<String> {
+    let Some(mut times) = rows.iter().map(|row| row.time).collect::<Option<Vec<f64>>>() else { return Vec::new() };
+    let tests: Vec<String> = rows.iter().map(|row| row.test.clone()).collect();
+    let clock = machine.variables.iter().position(|v| v.name == TIME);
+    let others = |row: &ReadingRow| row.condition.si().iter().enumerate().filter(|(v, _)| Some(*v) != clock).map(|(_, x)| *x).collect();
+    let told = repeated_times::spread(&mut times, &tests, |a, b| {
+        let [a, b]: [Vec<f64>; 2] = [&rows[a], &rows[b]].map(others);
+        a == b
+    });
+    for (row, time) in rows.iter_mut().zip(times) {
+        row.time = Some(time);
+        if let Some(clock) = clock {
+            let mut si = row.condition.si().to_vec();
+            si[clock] = time;
+            row.condition = Condition::from_si(si);
         }
-        let error = Error::input("the times are not in order").read(format!("{time} s after {before} s{there}"));
-        return Err(error.at_key(TIME).help("sort the rows of each test by time"));
     }
-    let differs = |(a, b): (&Option<f64>, &Option<f64>)| a.is_some() && b.is_some() && a != b;
-    if earlier.condition == row.condition && earlier.readings.iter().zip(&row.readings).any(differs) {
-        let error = Error::input(format!("two rows of '{}' stand at {time} s", row.test)).read(format!("{time} s, as{there}"));
-        return Err(error.at_key(TIME).help("keep one row for each time; a step is two rows with conditions that differ"));
+    told
+}
+
+/// Checks the time of every row against the row before it in its test; the sentences on rows at one time. At an equal time, other
+/// conditions are a step, of which the first reading counts; with equal conditions, equal readings are a copy and others a second
+/// reading.
+fn follow(rows: &mut [ReadingRow]) -> Result<Vec<String>> {
+    let mut latest: HashMap<String, usize> = HashMap::new();
+    let (mut lost, mut second) = (0, 0);
+    for r in 0..rows.len() {
+        let (before, own) = rows.split_at_mut(r);
+        let row = &mut own[0];
+        let Some(time) = row.time else { continue };
+        let Some(other) = latest.insert(row.test.clone(), r) else { continue };
+        let earlier = &mut before[other];
+        let Some(before) = earlier.time.filter(|before| time <= *before) else { continue };
+        if time < before {
+            let (there, line) = (earlier.line.map_or(String::new(), |l| format!(" in line {l}")), row.line);
+            let error = set_back(rows, r, before).read(format!("{time} s after {before} s{there}")).at_key(TIME);
+            return Err(match line {
+                Some(line) => error.at_line(line),
+                None => error,
+            });
+        }
+        let differs = |(a, b): (&Option<f64>, &Option<f64>)| a.is_some() && b.is_some() && a != b;
+        if earlier.condition == row.condition && earlier.readings.iter().zip(&row.readings).any(differs) {
+            second += 1;
+            continue;
+        }
+        lost += earlier.readings.iter().zip(&row.readings).filter(|(earlier, later)| earlier.is_some() && later.is_some()).count();
+        earlier.readings.iter_mut().zip(&mut row.readings).for_each(|(earlier, later)| *earlier = earlier.or(later.take()));
+        row.readings.fill(None);
     }
-    let lost = earlier.readings.iter().zip(&row.readings).filter(|(earlier, later)| earlier.is_some() && later.is_some()).count();
-    earlier.readings.iter_mut().zip(&mut row.readings).for_each(|(earlier, later)| *earlier = earlier.or(later.take()));
-    row.readings.fill(None);
-    *second += lost;
-    Ok(())
+    let lost = (lost > 0)
+        .then(|| format!("{lost} readings at a time that has one already were left out: of two rows at one time the first counts"));
+    let second = (second > 0).then(|| {
+        let rows = if second == 1 { "1 row stands".into() } else { format!("{second} rows stand") };
+        format!("{rows} at the time of the row above, with other readings under the same conditions: kept as second readings")
+    });
+    Ok(lost.into_iter().chain(second).collect())
+}
+
+/// Error of a row that stands before the time of the row above it in its test: the hour that stands twice, or rows out of order.
+fn set_back(rows: &[ReadingRow], r: usize, before: f64) -> Error {
+    let times: Vec<f64> = rows.iter().filter(|row| row.test == rows[r].test).filter_map(|row| row.time).collect();
+    let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 0.0).collect();
+    steps.sort_by(f64::total_cmp);
+    let fall = before - rows[r].time.unwrap_or(before);
+    let is_hour = steps.get(steps.len() / 2).is_some_and(|step| (fall - (HOUR - step)).abs() <= 0.5 * step);
+    if is_hour {
+        let help = "give times in UTC or with their offset, or name the zone in the file beside the data: zone = \"Europe/Berlin\"";
+        return Error::input("one hour stands twice in this log: its clock was set back").help(help);
+    }
+    Error::input("the times are not in order").help("sort the rows of each test by time")
 }
 
 /// Remarks on gaps of an hour and a period: clocks that are set forward leave such gaps.
@@ -267,7 +354,9 @@ fn possible(variable: &DescribedVariable, column: &Column, value: f64) -> Result
         return Err(error.help("give its amount: the machine file says which way the water runs"));
     }
     let is_in_range = |si: f64| variable.range.is_some_and(|(low, high)| (low..=high).contains(&si));
-    let si = units::convert(value, &column.unit, variable.dimension)?;
+    let place = |e: Error| e.at_key(column.header()).read(format!("{value} {}", column.unit));
+    let si = units::convert(value, &column.unit, variable.dimension)
+        .map_err(|e| place(e).help("if the logger writes this number where it has none, fill the condition in, or remove the row"))?;
     if variable.dimension == Dimension::TEMPERATURE && column.unit.trim() == "degC" && LIKE_KELVIN.contains(&value) && !is_in_range(si) {
         let error = Error::input("this temperature looks like kelvin, not degC").at_key(column.header()).read(value);
         return Err(error.help(format!("write '{} [K]' in the header", column.name)));
@@ -289,6 +378,12 @@ fn like_kelvin(rows: &[ReadingRow], column: usize, machine: &Machine) -> Option<
         first.get_or_insert(r);
     }
     first
+}
+
+/// Error of a column that seems to hold the times of a log, and is left unread as it is written.
+fn like_times(name: &str, why: &str) -> Error {
+    let error = Error::input(format!("the column '{name}' {why} grows from row to row like the times of a log")).at_key(name);
+    error.help("call it 'time [s]' (or ms, min, h, d) if it holds times; in a table of steady readings, name each row's test")
 }
 
 fn known(machine: &Machine) -> impl Iterator<Item = &str> {

@@ -4,11 +4,14 @@
 //! `time [s]` each test is a log. An empty cell is a missing reading. Beside `DATA.csv` may stand `DATA.toml`, which says
 //! how uncertain readings and conditions are ([`MeasurementUncertainty`]).
 
+mod bare_times;
 mod beyond;
 pub mod filter;
 mod from_table;
+mod hold_out;
 mod measured_heats;
 mod reading;
+mod repeated_times;
 mod thin;
 mod uncertainty;
 pub mod wander;
@@ -24,8 +27,9 @@ use coldplate_base::units::Measurand;
 use coldplate_describe::machine::{Condition, DescribedVariable, Machine, Measurement};
 use coldplate_tables::{Ledger, Table};
 
+pub use hold_out::{DividedData, HoldOut};
 pub use measured_heats::MeasuredHeat;
-pub use reading::ReadingSettings;
+pub use reading::{BetweenRows, ReadingSettings};
 pub use thin::{MOST_READINGS, thinned, thinned_evenly};
 pub use uncertainty::{MeasurementUncertainty, VariableUncertainty};
 pub use whiten::Whitener;
@@ -89,7 +93,15 @@ impl Data {
     /// that is missing; a reading that is no temperature; two rows of a test at the same time with the same conditions and
     /// other readings; no reading at all. Each names its line and column.
     pub fn read(path: &Path, machine: &Machine) -> Result<Self> {
-        let settings = ReadingSettings::beside(path)?;
+        Self::read_as(path, &BetweenRows::default(), machine)
+    }
+
+    /// Reads a table of which more is known than it and the file beside it say.
+    ///
+    /// # Errors
+    /// Errors of [`Data::read`]; a statement on a condition that the machine has not.
+    pub fn read_as(path: &Path, given: &BetweenRows, machine: &Machine) -> Result<Self> {
+        let settings = ReadingSettings { given: given.clone(), ..ReadingSettings::beside(path)? };
         let (table, ledger) = Table::read_with_ledger(path)?;
         Self::from_table(table, ledger, &settings, machine, &path.display().to_string()).map_err(|e| e.in_file(path))
     }

@@ -11,19 +11,61 @@ use coldplate_describe::machine::Machine;
 const MOST_LEVELS: usize = 6;
 /// Fewest rows for each level of a switched condition, a count. Chosen: fewer rows may be the corners of a ramp.
 const ROWS_A_LEVEL: usize = 5;
+/// Fewest rows of every stretch at one level of a condition that steps without coming back, a count. Chosen: twice as many, because
+/// nothing else tells the step from a ramp.
+const ROWS_BESIDE_STEP: usize = 10;
+/// Largest excess of the interval in which such a condition steps over the usual one of the log; dimensionless. Chosen: the clock of
+/// a logger is that even, rows written by hand for a ramp are not.
+const USUAL_INTERVAL: f64 = 0.05;
 
 /// Keys of [`ReadingSettings`] in `DATA.toml`.
 pub(super) const KEYS: [&str; 3] = ["zone", "held", "joined"];
 
-/// Settings of `DATA.toml` by which the table beside it is read.
+/// Conditions whose course between two rows of a log is stated.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct ReadingSettings {
-    /// Time zone of stamps that say none, a name of the IANA database.
-    pub zone: Option<String>,
+pub struct BetweenRows {
     /// Variables that stay until the next row.
     pub held: Vec<String>,
     /// Variables that run straight to the next row.
     pub joined: Vec<String>,
+}
+
+impl BetweenRows {
+    /// Whether a variable is stated as held; `None` without a statement.
+    fn of(&self, name: &str) -> Option<bool> {
+        let is_in = |names: &[String]| names.iter().any(|own| own == name);
+        if is_in(&self.held) { Some(true) } else { is_in(&self.joined).then_some(false) }
+    }
+
+    /// Checks that every name is a variable of the machine and stated once; `marks` stand before the keys in errors.
+    fn check(&self, machine: &Machine, marks: &str) -> Result<()> {
+        for (key, names) in [("held", &self.held), ("joined", &self.joined)] {
+            let Some(name) = names.iter().find(|name| machine.variables.iter().all(|v| v.name != **name)) else { continue };
+            let error = Error::input(format!("there is no condition '{name}'")).at_key(format!("{marks}{key}"));
+            let known: Vec<&str> = machine.variables.iter().map(|v| v.name.as_str()).collect();
+            return Err(match did_you_mean(name, known.iter().copied()) {
+                Some(near) => error.help(format!("did you mean '{near}'?")),
+                None => error.help(format!("conditions here: {}", known.join(", "))),
+            });
+        }
+        match self.held.iter().find(|name| self.joined.contains(name)) {
+            Some(name) => Err(Error::input(format!("'{name}' is stated as held and as joined"))
+                .at_key(format!("{marks}held"))
+                .help("keep one of the two")),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Settings by which a table is read.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct ReadingSettings {
+    /// Time zone of stamps that say none, a name of the IANA database.
+    pub zone: Option<String>,
+    /// Statements of the file beside the data.
+    pub beside: BetweenRows,
+    /// Statements of the caller, which replace those of the file beside the data and of the header.
+    pub given: BetweenRows,
 }
 
 impl ReadingSettings {
@@ -48,68 +90,78 @@ impl ReadingSettings {
     /// A value of another kind.
     pub(super) fn of(root: &Section<'_>) -> Result<Self> {
         let list = |key: &str| root.opt(key).map_or(Ok(Vec::new()), |value| value.texts());
-        Ok(Self { zone: root.opt("zone").map(|value| value.text()).transpose()?, held: list("held")?, joined: list("joined")? })
+        let beside = BetweenRows { held: list("held")?, joined: list("joined")? };
+        Ok(Self { zone: root.opt("zone").map(|value| value.text()).transpose()?, beside, given: BetweenRows::default() })
     }
 
-    /// Whether each variable of the machine is held until the next row of a log, with a sentence for every column that is. A
-    /// variable without a statement is held if it is switched: few levels, of many rows each, one of them left and reached again in
-    /// a test. A single step may as well be a ramp from row to row.
+    /// Whether each variable of the machine is held until the next row of a log, with a sentence for every column that moves.
+    /// `header` has the columns whose header says so. A variable without a statement is held if it is switched ([`levels`]).
     ///
     /// # Errors
-    /// A name that is no variable, or stated twice.
-    pub(super) fn held(&self, rows: &[ReadingRow], machine: &Machine, notes: &mut Vec<String>) -> Result<Vec<bool>> {
-        for name in self.held.iter().chain(&self.joined) {
-            if machine.variables.iter().all(|v| v.name != *name) {
-                let error = Error::input(format!("there is no condition '{name}'")).at_key(if self.held.contains(name) {
-                    "held"
-                } else {
-                    "joined"
-                });
-                let names: Vec<&str> = machine.variables.iter().map(|v| v.name.as_str()).collect();
-                return Err(match did_you_mean(name, names.iter().copied()) {
-                    Some(near) => error.help(format!("did you mean '{near}'?")),
-                    None => error.help(format!("conditions here: {}", names.join(", "))),
-                });
-            }
-            if self.held.contains(name) && self.joined.contains(name) {
-                return Err(Error::input(format!("'{name}' is stated as held and as joined")).at_key("held").help("keep one of the two"));
-            }
-        }
+    /// A name that is no variable, or contradicting statements.
+    pub(super) fn held(
+        &self,
+        rows: &[ReadingRow],
+        header: &[(String, bool)],
+        machine: &Machine,
+        notes: &mut Vec<String>,
+    ) -> Result<Vec<bool>> {
+        self.beside.check(machine, "")?;
+        self.given.check(machine, "--")?;
         if rows.iter().all(|row| row.time.is_none()) {
             return Ok(Vec::new());
         }
         let mut held = Vec::with_capacity(machine.variables.len());
         for (v, variable) in machine.variables.iter().enumerate() {
+            let name = &variable.name;
+            let stated = self.stated(name, header)?;
             let values: Vec<f64> = rows.iter().map(|row| row.condition.si()[v]).collect();
-            let switched = levels(&values).filter(|_| comes_back(rows, v));
-            let is_held = match (self.held.contains(&variable.name), self.joined.contains(&variable.name)) {
-                (true, _) => true,
-                (_, true) => false,
-                _ => switched.is_some(),
-            };
-            let moves = values.iter().any(|value| *value != values[0]);
-            if is_held && moves {
-                let why = switched.filter(|_| !self.held.contains(&variable.name)).map_or(String::new(), |n| {
-                    format!(
-                        " (it has {n} levels; joined = [\"{}\"] in the file beside the data joins its rows by straight lines)",
-                        variable.name
-                    )
-                });
-                notes.push(format!("between two rows '{}' is held{why}", variable.name));
-            } else if moves {
-                notes.push(format!("between two rows '{}' runs straight", variable.name));
+            let levels = levels(&values);
+            let switched = levels.filter(|n| values.len() >= ROWS_A_LEVEL * n && (comes_back(rows, v) || steps(rows, v)));
+            let is_held = stated.map_or(switched.is_some(), |(held, _)| held);
+            if values.iter().any(|value| *value != values[0]) {
+                let course = if is_held { "is held" } else { "runs straight" };
+                let why = match (stated, switched, levels) {
+                    (Some((_, by)), ..) => format!(", as {by} says"),
+                    (None, Some(n), _) => format!(" (it has {n} levels and steps from row to row; --joined {name} joins them)"),
+                    (None, None, Some(_)) => format!(" (--held {name} if it steps)"),
+                    (None, None, None) => String::new(),
+                };
+                notes.push(format!("between two rows '{name}' {course}{why}"));
             }
             held.push(is_held);
         }
         Ok(held)
     }
+
+    /// Statement on a variable, and who makes it.
+    fn stated(&self, name: &str, header: &[(String, bool)]) -> Result<Option<(bool, &'static str)>> {
+        if let Some(held) = self.given.of(name) {
+            return Ok(Some((held, "the command line")));
+        }
+        let header = header.iter().find(|(own, _)| own == name).map(|(_, held)| *held);
+        match (header, self.beside.of(name)) {
+            (Some(held), Some(other)) if held != other => {
+                let word = |held: bool| if held { "held" } else { "joined" };
+                let what = format!("'{name}' is {} by its header and {} by the file beside the data", word(held), word(other));
+                Err(Error::input(what).at_key(word(other)).help(format!("keep one of the two, or say --held {name} or --joined {name}")))
+            }
+            (Some(held), _) => Ok(Some((held, "its header"))),
+            (None, Some(held)) => Ok(Some((held, "the file beside the data"))),
+            (None, None) => Ok(None),
+        }
+    }
+}
+
+/// Stretches of a test in which a variable keeps one value.
+fn stretches(rows: &[ReadingRow], variable: usize) -> impl Iterator<Item = &[ReadingRow]> {
+    rows.chunk_by(move |a, b| a.test == b.test && a.condition.si()[variable] == b.condition.si()[variable])
 }
 
 /// Whether a variable leaves a level and reaches it again in one test.
 fn comes_back(rows: &[ReadingRow], variable: usize) -> bool {
-    let stretches = rows.chunk_by(|a, b| a.test == b.test && a.condition.si()[variable] == b.condition.si()[variable]);
     let mut seen: Vec<(&str, f64)> = Vec::new();
-    stretches.into_iter().any(|stretch| {
+    stretches(rows, variable).any(|stretch| {
         let own = (stretch[0].test.as_str(), stretch[0].condition.si()[variable]);
         let again = seen.contains(&own);
         seen.push(own);
@@ -117,7 +169,22 @@ fn comes_back(rows: &[ReadingRow], variable: usize) -> bool {
     })
 }
 
-/// Number of levels of a switched quantity; `None` if it is none.
+/// Whether a variable goes from level to level between two rows of a logger's even clock, and rests at each for many rows. A ramp
+/// would be caught on its way by one of so many rows, and rows written by hand at its corners are not that many.
+fn steps(rows: &[ReadingRow], variable: usize) -> bool {
+    let all: Vec<&[ReadingRow]> = stretches(rows, variable).collect();
+    let interval = |a: &ReadingRow, b: &ReadingRow| Some(b.time? - a.time?).filter(|_| a.test == b.test);
+    let mut usual: Vec<f64> = rows.windows(2).filter_map(|pair| interval(&pair[0], &pair[1])).filter(|step| *step > 0.0).collect();
+    usual.sort_by(f64::total_cmp);
+    let Some(usual) = usual.get(usual.len() / 2) else { return false };
+    let is_even = |pair: &[&[ReadingRow]]| {
+        let ends = pair[0].last().zip(pair[1].first());
+        ends.and_then(|(a, b)| interval(a, b)).is_none_or(|step| step <= (1.0 + USUAL_INTERVAL) * usual)
+    };
+    all.iter().all(|stretch| stretch.len() >= ROWS_BESIDE_STEP) && all.windows(2).all(is_even)
+}
+
+/// Number of levels of a quantity with few of them, two at least.
 fn levels(values: &[f64]) -> Option<usize> {
     let mut known: Vec<f64> = Vec::new();
     for value in values {
@@ -128,12 +195,13 @@ fn levels(values: &[f64]) -> Option<usize> {
             return None;
         }
     }
-    (known.len() > 1 && values.len() >= ROWS_A_LEVEL * known.len()).then_some(known.len())
+    (known.len() > 1).then_some(known.len())
 }
 
 #[cfg(test)]
 mod tests {
-    use super::levels;
+    use super::*;
+    use coldplate_describe::machine::Condition;
 
     #[test]
     fn a_relay_has_levels_and_a_ramp_has_none() {
@@ -142,7 +210,30 @@ mod tests {
         let ramp: Vec<f64> = (0..40).map(f64::from).collect();
         assert_eq!(levels(&ramp), None);
         assert_eq!(levels(&[1.0; 30]), None);
-        // Three corners of a schedule are no levels.
-        assert_eq!(levels(&[0.0, 100.0, 100.0, 50.0]), None);
+    }
+
+    /// A single step of a logger is one; the corners of a schedule, and a ramp with one row on its way, are none.
+    #[test]
+    fn a_single_step_between_many_rows_is_a_step() {
+        let rows = |course: &[(f64, f64)]| -> Vec<ReadingRow> {
+            let row = |(time, value): &(f64, f64)| ReadingRow {
+                test: "log".into(),
+                time: Some(*time),
+                condition: Condition::from_si(vec![*value]),
+                readings: vec![],
+                line: None,
+            };
+            course.iter().map(row).collect()
+        };
+        let level = |r: i32| if r < 15 { 0.0 } else { 60.0 };
+        let even: Vec<(f64, f64)> = (0..40).map(|r| (f64::from(r), level(r))).collect();
+        assert!(steps(&rows(&even), 0));
+        // The row behind the step comes late, as if it were the end of a ramp.
+        let late: Vec<(f64, f64)> = (0..40).map(|r| (f64::from(r) + if r < 15 { 0.0 } else { 3.0 }, level(r))).collect();
+        assert!(!steps(&rows(&late), 0));
+        let mut on_its_way = even.clone();
+        on_its_way[15].1 = 30.0;
+        assert!(!steps(&rows(&on_its_way), 0));
+        assert!(!steps(&rows(&even[8..]), 0), "seven rows at the first level");
     }
 }

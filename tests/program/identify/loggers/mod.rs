@@ -130,6 +130,32 @@ fn a_sheet_of_a_workbook_is_a_log() {
     assert!(other.status.code() == Some(2) && message(&other).contains("did you mean 'March'"), "{}", message(&other));
 }
 
+/// Workbooks of other programs; sheets, formats and formulas that hide something.
+#[test]
+fn every_workbook_is_read_as_it_is_shown() {
+    let folder = scratch("workbooks");
+    let defaults = "[variables]\nambient_temperature = \"22 degC\"\nmotor_speed = \"1000 rpm\"\nshare = { unit = \"1\", default = \"1\" }\n[node.base]";
+    let machine = write(&folder, "nodes.toml", SERIES.replace("[node.base]", defaults));
+    let predict = |name: &str| {
+        std::fs::copy(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/program/identify/loggers").join(name), folder.join(name)).unwrap();
+        coldplate(&["predict", &machine, &folder.join(name).display().to_string(), "--json", "--keep-all"])
+    };
+    for name in ["book.xls", "book.ods", "percent.xlsx"] {
+        let output = predict(name);
+        assert_eq!(output.status.code(), Some(0), "{name}: {}", message(&output));
+        assert_eq!(measured(&json(&output)), [44.5, 44.25], "{name}");
+    }
+    let told = message(&predict("percent.xlsx"));
+    for said in ["sheet 'Data' of 2 was read", "2 numbers have a unit in the cells of 'share [1]' ('25%' in line 2)"] {
+        assert!(told.contains(said), "no '{said}' in {told}");
+    }
+    let output = predict("formulas.xlsx");
+    let told = message(&output);
+    for said in ["formulas.xlsx:2", "have no values", "=40+4.5", "save it"] {
+        assert!(output.status.code() == Some(2) && told.contains(said), "no '{said}' in {told}");
+    }
+}
+
 /// A heater that a relay switches every five minutes, logged once a minute: between two rows it does not fade.
 #[test]
 fn a_relay_is_held_between_two_rows() {
@@ -188,4 +214,74 @@ fn stretches_of_an_error_value_are_left_out() {
     let faults = found["faults"].as_array().unwrap();
     assert_eq!((faults.len(), faults[0]["kind"].as_str(), faults[0]["readings"].as_u64()), (1, Some("error_value"), Some(7)), "{faults:?}");
     assert!(found["all"]["rmse_K"].as_f64().unwrap() < 0.01, "{}", found["all"]);
+}
+
+const LOG: &str = "time [s],coolant_flow [L/min],coolant_temperature [degC],motor_speed [rpm],ambient_temperature [degC],motor [degC]";
+
+fn log_of(header: &str, rows: impl IntoIterator<Item = (String, f64)>) -> String {
+    let rows: String = rows.into_iter().map(|(time, motor)| format!("{time},2,20,1000,22,{motor}\n")).collect();
+    format!("{header}\n{rows}")
+}
+
+/// Times in whole seconds of a logger that reads five times a second are spread; single repeats are second readings.
+#[test]
+fn times_that_repeat_are_spread_or_counted() {
+    let folder = scratch("repeated");
+    let fast = log_of(LOG, (0..40).map(|n| ((n / 5).to_string(), 30.0 + 0.01 * f64::from(n))));
+    let output = predict(&folder, "data.csv", fast, None);
+    let told = message(&output);
+    assert!(told.contains("about 5 rows in each 1.00 s, which are spread evenly"), "{told}");
+    let found = json(&output);
+    let times: Vec<f64> = found["readings"].as_array().unwrap().iter().map(|r| r["time_s"].as_f64().unwrap()).collect();
+    assert!(times.len() == 40 && times.iter().enumerate().all(|(n, t)| (t - 0.2 * n as f64).abs() < 1e-9), "{times:?}");
+    let notes = found["account"]["notes"].to_string();
+    assert!(notes.contains("spread evenly"), "{notes}");
+    let twice = log_of(LOG, [("0", 30.0), ("60", 31.0), ("60", 31.1), ("120", 32.0)].map(|(t, v)| (t.to_string(), v)));
+    let output = predict(&folder, "data.csv", twice, None);
+    assert!(message(&output).contains("1 row stands at the time of the row above"), "{}", message(&output));
+    assert_eq!(measured(&json(&output)), [30.0, 31.0, 31.1, 32.0]);
+}
+
+/// Columns of times without a unit are asked for; a table of them is never a steady one.
+#[test]
+fn times_without_a_unit_are_asked_for_or_read() {
+    let folder = scratch("bare-times");
+    let log = |name: &str, step: f64| log_of(&LOG.replace("time [s]", name), (0..30).map(|n| ((step * f64::from(n)).to_string(), 30.0)));
+    for (name, step) in [("t", 1.0), ("X_Value", 0.5), ("elapsed", 10.0), ("Untitled", 0.25), ("duration [s]", 10.0)] {
+        let output = predict(&folder, "data.csv", log(name, step), None);
+        let told = message(&output);
+        assert!(output.status.code() == Some(2) && told.contains("data.csv") && told.contains("time [s]"), "{name}: {told}");
+    }
+    for (name, seconds) in [("seconds", 1.0), ("Minuten", 60.0), ("Time [min]", 60.0), ("Zeit (s)", 1.0), ("elapsed_h", 3600.0)] {
+        let output = predict(&folder, "data.csv", log(name, 2.0), None);
+        assert_eq!(output.status.code(), Some(0), "{name}: {}", message(&output));
+        let found = json(&output);
+        assert_eq!(found["readings"][3]["time_s"].as_f64(), Some(6.0 * seconds), "{name}");
+        assert!(!found["account"]["assumed"].as_array().unwrap().is_empty(), "{name}");
+    }
+    // The number of a row is no time.
+    let output = predict(&folder, "data.csv", log("Nr.", 1.0), None);
+    assert!(output.status.code() == Some(0) && message(&output).contains("left out: 'Nr.'"), "{}", message(&output));
+}
+
+/// Numbers for no reading, sensors that the machine has not, and a clock set back in the first hour.
+#[test]
+fn signs_surplus_sensors_and_clocks() {
+    let folder = scratch("signs");
+    let data = format!("{HEADER},spare [degC],note\na,2,20,1000,22,45.5,21,x\nb,2,20.5,1000,25,-999,20,\nc,2,20.5,1000,25,-9999,20,\n");
+    let output = predict(&folder, "data.csv", data, None);
+    let told = message(&output);
+    for said in [
+        "row 2 (line 3) and 1 more, 'motor': -999 is the sign of a sensor",
+        "columns with a unit that name nothing of this machine were left out: 'spare [degC]'",
+        "left out: 'note'",
+    ] {
+        assert!(told.contains(said), "no '{said}' in {told}");
+    }
+    assert_eq!(measured(&json(&output)), [45.5]);
+    let row = |time: &str| (time.to_string(), 30.0);
+    let stamps = ["2024-10-27 02:50", "2024-10-27 02:00", "2024-10-27 02:10", "2024-10-27 02:20"].map(row);
+    let output = predict(&folder, "data.csv", log_of(LOG, stamps), None);
+    let told = message(&output);
+    assert!(output.status.code() == Some(2) && told.contains("data.csv:3") && told.contains("one hour stands twice"), "{told}");
 }
