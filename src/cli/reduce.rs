@@ -144,6 +144,19 @@ fn text(model: &ReducedModel, record: &MadeRecord) -> String {
         let asked = kelvin(record.accuracy_K);
         text += &format!("warning: the bound is larger than the {asked} K asked for; allow more --max-runs, or vary less\n");
     }
+    if let Some(own) = record.in_time.as_ref().filter(|own| own.largest_bound_K > record.accuracy_K) {
+        text += &format!(
+            "warning: over time the bound is {}, larger than the {} K asked for; allow more --histories, vary less, or simulate the \
+             machine file\n",
+            of_readings(own.largest_bound_K),
+            kelvin(record.accuracy_K)
+        );
+    }
+    if let Some(reason) = &record.untimed {
+        text += &format!(
+            "warning: the file knows steady states only, because the histories could not be followed: {reason}; simulate the machine file\n"
+        );
+    }
     if made.failed > 0 {
         text += &format!("note: {} conditions have no steady state and were left out\n", made.failed);
     }

@@ -109,6 +109,9 @@ pub struct MadeRecord {
     pub parameters_left_out: Vec<String>,
     /// Bound over time, if the model was made with histories.
     pub in_time: Option<TimeRecord>,
+    /// Reason why the model cannot follow time although histories were run; left out if there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub untimed: Option<String>,
     /// The temperatures of all cells, if the model has them.
     pub field: Option<FieldRecord>,
     /// Time taken, s.
@@ -163,6 +166,7 @@ impl MadeRecord {
             varied: varied.map(|(v, _)| v.name.clone()).collect(),
             parameters: model.parameters.iter().map(|p| p.name.clone()).collect(),
             parameters_left_out: model.left_out.clone(),
+            untimed: model.untimed.clone(),
             in_time: model.in_time.as_ref().map(|own| TimeRecord {
                 histories: own.histories,
                 checks: own.checks,

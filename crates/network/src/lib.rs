@@ -13,6 +13,8 @@
 pub mod block;
 mod build;
 mod coolant;
+mod corners;
+mod crossing;
 pub mod elastic;
 mod enclosure;
 mod load;
@@ -24,6 +26,8 @@ pub mod stream;
 pub mod surface;
 
 pub use block::Block;
+pub use corners::{Corner, Corners};
+pub use crossing::{Crossing, JointState};
 pub use enclosure::EnclosureViews;
 pub use load::{BoundaryState, ContactFactors, Load};
 pub use meter::{HeatMeter, Through};
@@ -34,7 +38,7 @@ pub use surface::{BoundaryArea, FREE, FaceNode, Laws, Surface};
 use serde::{Deserialize, Serialize};
 
 use coldplate_base::units::Measurand;
-use coldplate_describe::machine::{ConstantPower, ContactLaw, Interface, Property, Side, Slope, SourceLaw};
+use coldplate_describe::machine::{ConstantPower, ContactLaw, Property, Side, Slope, SourceLaw};
 
 /// Hash of the sources of this crate and of the lock file it was built with.
 pub const SOURCES: &str = env!("COLDPLATE_SOURCES");
@@ -244,38 +248,7 @@ impl SensorTerm {
     }
 }
 
-/// Conductance of a joint and its derivatives.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct JointState {
-    /// Conductance, W/K.
-    pub conductance: f64,
-    /// Derivative with respect to the first node's temperature, W/K².
-    pub slope_a: f64,
-    /// Derivative with respect to the second node's temperature, W/K².
-    pub slope_b: f64,
-}
-
 impl Network {
-    /// Conductance (W/K) of a joint between two temperatures (K), with its derivatives.
-    pub fn joint_state(&self, joint: &Joint, ta: f64, tb: f64, factors: &ContactFactors) -> JointState {
-        let half = |property: u32, length: f64, t: f64| {
-            if property == NONE || length == 0.0 {
-                return (0.0, 0.0);
-            }
-            let (k, slope) = self.properties[property as usize].with_slope(t);
-            (length / k, -length * slope / (k * k))
-        };
-        let (ra, dra) = half(joint.property_a, joint.length_a, ta);
-        let (rb, drb) = half(joint.property_b, joint.length_b, tb);
-        let (rc, drc) = if joint.contact == NONE { (0.0, 0.0) } else { self.contact_resistance(joint, (ta + tb) / 2.0, factors) };
-        let total = ra + rb + rc;
-        if total.is_infinite() {
-            return JointState { conductance: 0.0, slope_a: 0.0, slope_b: 0.0 };
-        }
-        let g = joint.area / total;
-        JointState { conductance: g, slope_a: -g / total * (dra + drc / 2.0), slope_b: -g / total * (drb + drc / 2.0) }
-    }
-
     /// Sets held nodes to their temperatures in the load, K.
     pub fn hold(&self, load: &Load, temperatures: &mut [f64]) {
         for (node, index) in &self.fixed {
@@ -308,6 +281,18 @@ impl Network {
         }
     }
 
+    /// Temperature (K) at which the enthalpy of a node has grown by an amount (J) since another temperature (K).
+    pub fn warmed(&self, node: usize, from: f64, enthalpy: f64) -> f64 {
+        let of_group = self.relative_capacity.get(self.group[node] as usize);
+        let share = enthalpy / self.capacity[node];
+        of_group.map_or(from + share, |relative| relative.moved(from, share))
+    }
+
+    /// Whether the capacity of a node follows its temperature.
+    pub fn has_own_heat_curve(&self, node: usize) -> bool {
+        self.capacity[node] > 0.0 && self.relative_capacity.get(self.group[node] as usize).is_some_and(|c| !c.is_constant())
+    }
+
     /// Temperatures (K) at the two ends of a joint.
     pub fn joint_ends(&self, joint: &Joint, temperatures: &[f64]) -> (f64, f64) {
         let end = |node: u32, reach: u32| {
@@ -317,36 +302,6 @@ impl Network {
             own + reach.shares[0] * towards[0] + reach.shares[1] * towards[1]
         };
         (end(joint.a, joint.reach[0]), end(joint.b, joint.reach[1]))
-    }
-
-    /// Heat (W) through a joint from its first node to its second.
-    pub fn joint_heat(&self, joint: &Joint, temperatures: &[f64], factors: &ContactFactors) -> f64 {
-        let (ta, tb) = self.joint_ends(joint, temperatures);
-        self.joint_state(joint, ta, tb, factors).conductance * (ta - tb)
-    }
-
-    /// Conductance (W/(m² K)) of the contact that a joint crosses at temperatures of all nodes (K): infinite where nothing resists,
-    /// as in a bond.
-    pub fn contact_conductance(&self, joint: &Joint, temperatures: &[f64], factors: &ContactFactors) -> f64 {
-        let (ta, tb) = self.joint_ends(joint, temperatures);
-        if joint.contact == NONE { f64::INFINITY } else { 1.0 / self.contact_resistance(joint, (ta + tb) / 2.0, factors).0 }
-    }
-
-    /// Specific resistance (m² K/W) of a joint's contact at a mean temperature (K), with its slope.
-    fn contact_resistance(&self, joint: &Joint, mean: f64, factors: &ContactFactors) -> (f64, f64) {
-        let group = &self.contacts[joint.contact as usize];
-        let conductivity = |property: u32| {
-            let (value, slope) = self.properties.get(property as usize)?.with_slope(mean);
-            Some(Slope { value, slope })
-        };
-        let conductivities = [conductivity(joint.property_a), conductivity(joint.property_b)];
-        let found = group.law.conductance(&Interface { area: group.area, temperature: mean, conductivities });
-        let scale = group.scale * factors.of(group);
-        let h = found.value * scale;
-        if h == 0.0 || h.is_infinite() {
-            return (1.0 / h, 0.0);
-        }
-        (1.0 / h, -found.slope * scale / (h * h))
     }
 
     /// Whether no conductance changes with temperature; otherwise the Jacobian is not symmetric.

@@ -60,18 +60,17 @@ pub struct SurfaceState {
     pub temperature: f64,
     /// Heat leaving the node, W.
     pub heat: f64,
-    /// Derivative of the heat with respect to the node's temperature at the conductivity the node has, W/K; never negative.
+    /// Derivative of the heat with respect to the node's temperature, W/K; never negative.
     pub slope: f64,
-    /// Addition to the slope where the node's conductivity depends on its temperature, W/K.
-    pub stiffening: f64,
+    /// Derivative of the heat from the node with respect to the temperature of the surface, sign turned, W/K.
+    pub inward: f64,
     /// Part of the heat that radiates to the chamber, W.
     pub radiated: f64,
     /// Part of the heat that the gas carries, W.
     pub gas: f64,
     /// Part of the heat that leaves through the prescribed laws, W.
     pub law: f64,
-    /// Change of the heat per watt that the outside takes more at the same surface temperature; also change of the
-    /// surface temperature per kelvin of the node (for a constant conductivity).
+    /// Change of the heat per watt that the outside takes more at the same surface temperature.
     pub share: f64,
 }
 
@@ -100,22 +99,24 @@ impl Surface {
         }
     }
 
-    /// Heat leaving at a node temperature (K). The surface balance is solved by Newton's method, which
-    /// converges from above for the convex, increasing balance; it stops at rounding.
+    /// Heat leaving at a node temperature (K). The surface balance is solved by Newton's method between bounds that close in; it
+    /// stops at rounding.
     pub fn state(&self, node: f64, properties: &[Property], load: &Load) -> SurfaceState {
-        // Conductance to the surface, W/K, and its derivative with respect to the node's temperature.
-        let (inward, stiffening) = if self.property == NONE || self.length == 0.0 {
-            (f64::INFINITY, 0.0)
-        } else {
-            let (k, slope) = properties[self.property as usize].with_slope(node);
-            (k * self.area / self.length, slope * self.area / self.length)
-        };
+        // Conductance to the surface per conductivity, m: none where nothing resists.
+        let own = properties.get(self.property as usize).filter(|_| self.length != 0.0).map(|k| (k, self.area / self.length));
         if let Some(BoundaryState::Temperature(t)) = self.boundaries().map(|l| load.boundaries[l]).next() {
             // Nothing between a lumped node and its held surface: a stiff but finite link.
-            let inward = if inward.is_finite() { inward } else { 1e9 * self.area.max(1e-9) };
-            let heat = inward * (node - t);
-            let stiffening = stiffening * (node - t);
-            return SurfaceState { temperature: t, heat, slope: inward, stiffening, law: heat, ..SurfaceState::default() };
+            let stiff = 1e9 * self.area.max(1e-9);
+            let at = |k: &dyn Fn(&Property) -> f64| own.map_or(stiff, |(property, shape)| shape * k(property));
+            let heat = at(&|k| k.mean(node, t)) * (node - t);
+            return SurfaceState {
+                temperature: t,
+                heat,
+                slope: at(&|k| k.at(node)),
+                inward: at(&|k| k.at(t)),
+                law: heat,
+                ..SurfaceState::default()
+            };
         }
         let sky = load.chamber.powi(4);
         // Radiation, gas and laws: the heat of each at a surface temperature, and its slope.
@@ -138,10 +139,21 @@ impl Surface {
         let mut ts = node;
         let mut taken = outward(ts);
         let steepness = |taken: &[(f64, f64); 3]| taken.iter().map(|(_, slope)| slope).sum::<f64>();
-        if inward.is_finite() {
-            for _ in 0..50 {
-                let heat: f64 = taken.iter().map(|(heat, _)| heat).sum();
-                let next = (ts + (inward * (node - ts) - heat) / (inward + steepness(&taken))).max(0.0);
+        let mut inward = f64::INFINITY;
+        if let Some((k, shape)) = own {
+            // The heat towards the surface falls with its temperature, and the heat outward grows: one solution between these.
+            let (mut low, mut high) = (0.0, f64::INFINITY);
+            for _ in 0..100 {
+                let left = shape * k.mean(node, ts) * (node - ts) - taken.iter().map(|(heat, _)| heat).sum::<f64>();
+                inward = shape * k.at(ts);
+                let newton = ts + left / (inward + steepness(&taken));
+                if left > 0.0 {
+                    low = ts
+                } else {
+                    high = ts
+                }
+                let is_between = newton >= low && newton <= high || (newton - ts).abs() <= 1e-8 * ts;
+                let next = if is_between { newton } else { f64::midpoint(low, high) };
                 let step = next - ts;
                 ts = next;
                 // The remaining error is 1.5 step²/T at most, and so is the error of a straight line: rounding.
@@ -154,12 +166,10 @@ impl Surface {
         }
         let slope = steepness(&taken);
         let [radiated, gas, law] = taken.map(|(heat, _)| heat);
-        let share = if inward.is_finite() { inward / (inward + slope) } else { 1.0 };
-        let (slope, stiffening) = if inward.is_finite() {
-            (inward * slope / (inward + slope), stiffening * (node - ts) * slope / (inward + slope))
-        } else {
-            (slope, 0.0)
+        let (share, slope) = match own {
+            Some((k, shape)) => (inward / (inward + slope), shape * k.at(node) * slope / (inward + slope)),
+            None => (1.0, slope),
         };
-        SurfaceState { temperature: ts, heat: radiated + gas + law, slope, stiffening, radiated, gas, law, share }
+        SurfaceState { temperature: ts, heat: radiated + gas + law, slope, inward, radiated, gas, law, share }
     }
 }

@@ -17,15 +17,26 @@ pub(crate) struct ModeBasis {
 /// double precision, since eigenvalues are squares of amplitudes.
 const ROUNDING: f64 = 1e-8;
 
+/// Share of a mode's energy that the modes before it must leave, dimensionless: a mode has all of it but for rounding, a direction of
+/// rounding has next to none. Chosen between the two.
+const INDEPENDENT: f64 = 0.5;
+
 impl ModeBasis {
     /// At most `most` modes of states, which are differences from one reference state (K; zero at held nodes).
     pub fn of(states: &[Vec<f64>], energy: &Symmetric<'_>, most: usize) -> Self {
-        let image = |x: &Vec<f64>| {
-            let mut y = vec![0.0; x.len()];
-            energy.multiply(x, &mut y);
-            y
-        };
-        let images: Vec<Vec<f64>> = states.par_iter().map(image).collect();
+        Self::above(states, energy, most, 0.0)
+    }
+
+    /// At most `most` modes of what these modes leave of states. Directions that these modes span already leave rounding alone, which
+    /// is no mode: a machine of few nodes has no more modes than nodes.
+    pub fn beyond(&self, states: &[Vec<f64>], energy: &Symmetric<'_>, most: usize) -> Self {
+        let largest = states.iter().map(|state| dot(state, &image(energy, state))).fold(0.0, f64::max);
+        Self::above(&self.without(states, energy), energy, most, ROUNDING * ROUNDING * largest)
+    }
+
+    /// At most `most` modes of states, each of more energy than `least`.
+    fn above(states: &[Vec<f64>], energy: &Symmetric<'_>, most: usize, least: f64) -> Self {
+        let images: Vec<Vec<f64>> = states.par_iter().map(|state| image(energy, state)).collect();
         let count = states.len();
         let rows: Vec<Vec<f64>> = (0..count).into_par_iter().map(|i| (0..=i).map(|j| dot(&states[i], &images[j])).collect()).collect();
         let gram = DMatrix::from_fn(count, count, |i, j| if j <= i { rows[i][j] } else { rows[j][i] });
@@ -33,7 +44,7 @@ impl ModeBasis {
         let mut order: Vec<usize> = (0..count).collect();
         order.sort_by(|a, b| decomposed.eigenvalues[*b].total_cmp(&decomposed.eigenvalues[*a]));
         let largest = order.first().map_or(0.0, |i| decomposed.eigenvalues[*i]);
-        order.retain(|i| decomposed.eigenvalues[*i] > ROUNDING * ROUNDING * largest);
+        order.retain(|i| decomposed.eigenvalues[*i] > least.max(ROUNDING * ROUNDING * largest));
         order.truncate(most);
         let mode = |i: &usize| {
             let scale = 1.0 / decomposed.eigenvalues[*i].sqrt();
@@ -43,15 +54,14 @@ impl ModeBasis {
             }
             mode
         };
-        let modes = order.par_iter().map(mode).collect();
-        Self { modes }
+        let candidates: Vec<Vec<f64>> = order.par_iter().map(mode).collect();
+        Self { modes: independent(candidates, energy) }
     }
 
     /// States without their projection on these modes.
-    pub fn without(&self, states: &[Vec<f64>], energy: &Symmetric<'_>) -> Vec<Vec<f64>> {
+    fn without(&self, states: &[Vec<f64>], energy: &Symmetric<'_>) -> Vec<Vec<f64>> {
         let left = |state: &Vec<f64>| {
-            let (mut image, mut left) = (vec![0.0; state.len()], state.clone());
-            energy.multiply(state, &mut image);
+            let (image, mut left) = (image(energy, state), state.clone());
             for mode in &self.modes {
                 let amplitude = dot(mode, &image);
                 left.iter_mut().zip(mode).for_each(|(l, m)| *l -= amplitude * m);
@@ -60,4 +70,31 @@ impl ModeBasis {
         };
         states.par_iter().map(left).collect()
     }
+}
+
+/// Modes made orthonormal, without those that the ones before span already: eigenvalues near rounding belong to no direction of
+/// their own. A machine of few nodes has no more modes than nodes.
+fn independent(candidates: Vec<Vec<f64>>, energy: &Symmetric<'_>) -> Vec<Vec<f64>> {
+    let mut found: Vec<(Vec<f64>, Vec<f64>)> = Vec::with_capacity(candidates.len());
+    for mut mode in candidates {
+        for (known, image) in &found {
+            let amplitude = dot(&mode, image);
+            mode.iter_mut().zip(known).for_each(|(m, k)| *m -= amplitude * k);
+        }
+        let mut image = image(energy, &mode);
+        let left = dot(&mode, &image);
+        if left > INDEPENDENT {
+            let scale = 1.0 / left.sqrt();
+            [&mut mode, &mut image].into_iter().flatten().for_each(|v| *v *= scale);
+            found.push((mode, image));
+        }
+    }
+    found.into_iter().map(|(mode, _)| mode).collect()
+}
+
+/// Product of the matrix of the energy with a state.
+fn image(energy: &Symmetric<'_>, state: &[f64]) -> Vec<f64> {
+    let mut found = vec![0.0; state.len()];
+    energy.multiply(state, &mut found);
+    found
 }

@@ -54,18 +54,13 @@ pub fn conductors(network: &Network, load: &Load, t: &[f64]) -> Vec<Conductor> {
     let of_surface = |surface: &coldplate_network::Surface| {
         let own = t[surface.node as usize];
         let state = surface.state(own, &network.properties, load);
-        Conductor { heat: state.heat, slope_a: state.slope + state.stiffening, slope_b: 0.0, ends: [own, 0.0] }
+        Conductor { heat: state.heat, slope_a: state.slope, slope_b: 0.0, ends: [own, 0.0] }
     };
     let mut found: Vec<Conductor> = network.surfaces.par_iter().with_min_len(4096).map(of_surface).collect();
     found.extend(network.joints.iter().map(|joint| {
         let (ta, tb) = network.joint_ends(joint, t);
         let state = network.joint_state(joint, ta, tb, &load.contacts);
-        Conductor {
-            heat: state.conductance * (ta - tb),
-            slope_a: state.conductance + state.slope_a * (ta - tb),
-            slope_b: state.conductance - state.slope_b * (ta - tb),
-            ends: [ta, tb],
-        }
+        Conductor { heat: state.conductance * (ta - tb), slope_a: state.along_a, slope_b: state.along_b, ends: [ta, tb] }
     }));
     found.extend(network.radiative.iter().map(|(a, b, area)| {
         let (ta, tb) = (t[*a as usize], if *b == NONE { 0.0 } else { t[*b as usize] });

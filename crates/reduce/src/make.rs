@@ -193,8 +193,12 @@ pub fn reduce(study: &Study, settings: &ReduceSettings, progress: &dyn Progress)
         seconds: clock.elapsed().as_secs_f64(),
         ..model.made
     };
-    let in_time = past.map(|past| calibrated(&model, &past.checks, settings.histories)).transpose()?;
-    Ok(ReducedModel { in_time, made, ..model })
+    // Work that serves steady states is not lost with the histories.
+    let (in_time, untimed) = match past.map(|past| calibrated(&model, &past.checks, settings.histories)).transpose() {
+        Ok(in_time) => (in_time, None),
+        Err(error) => (None, Some(error.what().to_string())),
+    };
+    Ok(ReducedModel { in_time, untimed, made, ..model })
 }
 
 /// Histories run in full.
@@ -228,7 +232,7 @@ impl Past {
         let (energy, assembly) = (reference.energy(), reference.assembly());
         let enriched = |steady: Vec<Vec<f64>>, most: usize| {
             let steady = ModeBasis { modes: steady };
-            let moving = ModeBasis::of(&steady.without(&rises, &energy), &energy, most).modes;
+            let moving = steady.beyond(&rises, &energy, most).modes;
             [steady.modes, moving].concat()
         };
         let few = |count: usize| ((count as f64 * COARSE) as usize).max(1);

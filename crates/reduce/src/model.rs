@@ -36,6 +36,8 @@ pub struct ReducedModel {
     pub floor: f64,
     /// Bound over time, if the model was made with histories.
     pub in_time: Option<HistoryBound>,
+    /// Reason why a model that was to be made with histories cannot follow time; not kept in the file.
+    pub untimed: Option<String>,
     /// Modes at all nodes, if the model was made with its field.
     pub field: Option<ModeField>,
     /// Record of how the model was made.

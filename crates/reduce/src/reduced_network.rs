@@ -407,6 +407,14 @@ impl ReducedNetwork {
         (&self.readings * a).amax()
     }
 
+    /// Largest warming of a reading or a sampled node by a joule of each source that does not pass on, K/J.
+    pub(super) fn warming(&self) -> Vec<f64> {
+        let stored = self.capacity.clone().lu();
+        let of_source =
+            |shares: nalgebra::DVectorView<'_, f64>| stored.solve(&shares.into_owned()).map_or(0.0, |warmed| self.largest(&warmed));
+        self.sources.column_iter().map(of_source).collect()
+    }
+
     /// The slowest time constant at a condition, s.
     pub(super) fn slowest(&self, load: &Load) -> Result<f64> {
         let state = self.steady(&self.network, load, &DVector::zeros(self.len()))?;

@@ -86,6 +86,7 @@ impl<'a> ReferenceNetwork<'a> {
             margin: LEAST_MARGIN,
             floor: FLOOR,
             in_time: None,
+            untimed: None,
             field: None,
             made: Made::default(),
         };

@@ -5,7 +5,7 @@ use super::model::ReducedModel;
 use super::reduced_network::ReducedNetwork;
 use coldplate_base::error::{Error, Result};
 use coldplate_describe::machine::Condition;
-use coldplate_network::Load;
+use coldplate_network::{Corners, Load};
 
 /// Error allowed in a time step of the coarser and of the finer network, K. Chosen: different, so that the difference
 /// of the two networks, which the bound is made of, shows errors of the steps too.
@@ -89,6 +89,7 @@ impl ReducedModel {
                 Motion::from_uniform(level, &load, amplitudes, temperature, from, tolerance)
             }
         };
+        let warming = level.warming();
         let (mut readings, mut path) = (vec![motion.read(&load)], Vec::with_capacity(stretches.len()));
         for stretch in stretches {
             let load = |time: f64| Load::at(&self.machine, &(stretch.condition)(time));
@@ -98,7 +99,18 @@ impl ReducedModel {
                 None => load(time),
             };
             let mut own: Path = Vec::new();
-            readings.extend(motion.advance(stretch.until, &load, &stretch.outputs, &seen, &mut own)?);
+            let ends = [motion.time, stretch.until];
+            let found = Corners::of(&self.machine, &warming, &|time| (stretch.condition)(time), ends, tolerance);
+            if found.is_cut_off {
+                return Err(Error::input(format!("formulas have more kinks until {:.0} s than are looked for", stretch.until))
+                    .help("state the course in the schedule instead of a formula"));
+            }
+            let mut outputs = stretch.outputs.as_slice();
+            for end in found.corners.iter().map(|corner| corner.time).chain([stretch.until]) {
+                let (due, later) = outputs.split_at(outputs.partition_point(|time| *time <= end));
+                outputs = later;
+                readings.extend(motion.advance(end, &load, due, &seen, &mut own)?);
+            }
             path.push(own);
         }
         Ok(OfLevel { readings, path, steps: motion.steps })

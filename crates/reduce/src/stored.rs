@@ -148,6 +148,7 @@ impl ReducedModel {
             margin: stored.margin,
             floor: stored.floor,
             in_time: stored.in_time,
+            untimed: None,
             made: stored.made,
             field: stored.field,
         })

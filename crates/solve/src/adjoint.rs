@@ -10,7 +10,6 @@ use super::krylov::{DoubleBasis, Operator, Scratch, Status, Stopping, gmres};
 use super::multigrid::Multigrid;
 use super::newton::largest;
 use super::preconditioner::{downstream, upstream};
-use super::surfaces::surface_states;
 use super::system::{self, System};
 use coldplate_base::error::Result;
 use coldplate_network::slopes::RankOne;
@@ -48,13 +47,7 @@ impl<'a> Tangent<'a> {
         let system = System::new(network);
         let streams = network.stream_states(load, temperatures)?;
         let rank = network.stream_slopes(load, &streams, temperatures)?;
-        let mut matrix = system.jacobian(network, load, &streams, temperatures);
-        // The solver leaves this out: far from the solution it may turn a coefficient negative.
-        let mut stiffening = vec![0.0; network.solids];
-        for (surface, state) in network.surfaces.iter().zip(surface_states(network, load, temperatures)) {
-            stiffening[surface.node as usize] += state.stiffening;
-        }
-        matrix.add_diagonal(stiffening.into_iter());
+        let matrix = system.jacobian(network, load, &streams, temperatures);
         let multigrid = Multigrid::new(&system.symmetric(network, load, &streams, temperatures), &network.capacity)?;
         let diagonal = sizes(&matrix);
         Ok(Self { network, system, streams, transposed: matrix.transposed(), matrix, rank, diagonal, multigrid })

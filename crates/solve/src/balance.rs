@@ -157,11 +157,9 @@ pub fn contact_flows(network: &Network, factors: &ContactFactors, temperatures: 
         let (mut heat, mut conductance) = (0.0, 0.0);
         for joint in &network.joints[group.joints.clone()] {
             let (ta, tb) = network.joint_ends(joint, temperatures);
-            heat += network.joint_heat(joint, temperatures, factors);
-            // The interface alone: the same joint without its half cells.
-            let bare = coldplate_network::Joint { length_a: 0.0, length_b: 0.0, ..*joint };
-            let g = network.joint_state(&bare, ta, tb, factors).conductance;
-            conductance += if g.is_nan() { f64::INFINITY } else { g };
+            let crossing = network.crossing(joint, ta, tb, factors);
+            heat += crossing.state.conductance * (ta - tb);
+            conductance += joint.area * crossing.contact;
         }
         // Half of a link counts its own half only: two in series make the whole.
         let conductance = if group.is_half { conductance / 2.0 } else { conductance };

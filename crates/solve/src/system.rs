@@ -6,7 +6,7 @@ use super::csr::{CHUNK, for_chunks};
 use super::jacobian::{Conduction, Jacobian, SparseRows};
 use super::surfaces::{SurfaceStates, surface_states};
 use coldplate_describe::machine::Slope;
-use coldplate_network::block::{Block, FaceCoefficients, RowSegment};
+use coldplate_network::block::{Block, FaceCoefficients, Gap, RowSegment};
 use coldplate_network::{JointState, Load, NONE, Network, StreamState};
 use coldplate_physics::radiation::SIGMA;
 
@@ -104,8 +104,10 @@ impl System {
         let water: f64 = network.streams.iter().zip(streams).map(|(s, state)| state.capacity_rate * s.stations.len() as f64).sum();
         let hottest = temperatures.iter().fold(0.0, |m: f64, t| m.max(*t));
         let radiation: f64 = network.radiative.iter().map(|(_, _, area)| 4.0 * SIGMA * area * hottest.powi(3)).sum();
+        // Half a cell before a held face conducts more than whole cells do.
+        let surfaces: f64 = outside.surfaces.iter().map(|state| state.slope).sum();
         // Each conductance stands in the balances of two nodes.
-        2.0 * f64::EPSILON * hottest * (linear + joints + water + radiation)
+        2.0 * f64::EPSILON * hottest * (linear + joints + water + radiation + surfaces)
     }
 
     /// Conductances of each block, W/K, with the conductivity at the mean temperature of its cells.
@@ -278,12 +280,12 @@ fn heats(
         *r = vec![0.0; network.nodes];
     }
     for (block, profile, is_constant) in conduction.of_blocks(network) {
-        let conductivity = if is_constant { None } else { Some(conductivities(network, block, temperatures)) };
+        let varying = if is_constant { None } else { Some(potentials(network, block, temperatures)) };
         for_chunks(&mut r[block.nodes()], |first, part| {
             let start = block.first + first;
-            let Some(k) = &conductivity else { return block.add_conduction(profile, start, temperatures, part) };
+            let Some(potentials) = &varying else { return block.add_conduction(profile, start, temperatures, part) };
             for segment in block.segments(start..start + part.len()) {
-                add_varying(&segment, block, k, temperatures, &mut part[segment.node - start..][..segment.along.len()]);
+                add_varying(&segment, block, potentials, &mut part[segment.node - start..][..segment.along.len()]);
             }
         });
     }
@@ -355,9 +357,7 @@ impl<'a> Derivatives<'a> {
     }
 
     fn at(network: &Network, streams: &'a [StreamState], temperatures: &[f64], outside: &SurfaceStates) -> Self {
-        let of_joint = |(state, difference): &(JointState, f64)| {
-            (state.conductance + state.slope_a * difference, state.conductance - state.slope_b * difference)
-        };
+        let of_joint = |(state, _): &(JointState, f64)| (state.along_a, state.along_b);
         let of_link = |(a, b, area): &(u32, u32, f64)| {
             let slope = |n: u32| 4.0 * SIGMA * area * temperatures[n as usize].powi(3);
             (slope(*a), slope(*b))
@@ -429,14 +429,12 @@ fn each_entry(network: &Network, derivatives: &Derivatives<'_>, mut visit: impl 
     }
 }
 
-/// Conductivity of every cell of a block along each axis, with its slope: W/(m K) and W/(m K²).
-fn conductivities(network: &Network, block: &Block, temperatures: &[f64]) -> [Vec<Slope>; 3] {
+/// Integral of the conductivity of every cell of a block from 300 K to its temperature, W/m, with its slope, the conductivity, along
+/// each axis. In differences of the integral Fourier's law is exact between two cells of one material (Kirchhoff's transformation).
+fn potentials(network: &Network, block: &Block, temperatures: &[f64]) -> [Vec<Slope>; 3] {
     let along = |d: usize| {
         let property = &network.properties[block.property[d] as usize];
-        let at = |t: &f64| {
-            let (value, slope) = property.with_slope(*t);
-            Slope { value, slope }
-        };
+        let at = |t: &f64| Slope { value: property.integral(*t), slope: property.at(*t) };
         temperatures[block.nodes()].par_iter().with_min_len(CHUNK).map(at).collect::<Vec<_>>()
     };
     let first = along(0);
@@ -446,39 +444,30 @@ fn conductivities(network: &Network, block: &Block, temperatures: &[f64]) -> [Ve
     [first, second, third]
 }
 
-/// Conductance between two neighbouring cells, with its derivatives with respect to both temperatures: two half cells in series, each
-/// with its own conductivity, W/(m K).
-fn face_conductance(gap: coldplate_network::block::Gap, a: Slope, b: Slope) -> JointState {
-    let resistance = gap.length_a / a.value + gap.length_b / b.value;
-    let g = gap.area / resistance;
-    let slope = |length: f64, k: Slope| g / resistance * length * k.slope / (k.value * k.value);
-    JointState { conductance: g, slope_a: slope(gap.length_a, a), slope_b: slope(gap.length_b, b) }
+/// Heat between two neighbouring cells per difference of the integrals of their conductivity, m.
+fn shape(gap: Gap) -> f64 {
+    gap.area / (gap.length_a + gap.length_b)
 }
 
 /// Adds to `y` the heat (W) that leaves each cell by conduction, for a segment of a block with k(T).
-fn add_varying(segment: &RowSegment, block: &Block, k: &[Vec<Slope>; 3], x: &[f64], y: &mut [f64]) {
-    segment.each_face(block.cells[0], |at, d, other, is_next, owner| {
+fn add_varying(segment: &RowSegment, block: &Block, potentials: &[Vec<Slope>; 3], y: &mut [f64]) {
+    segment.each_face(block.cells[0], |at, d, other, _, owner| {
         let (own, next) = (segment.node + at - block.first, other - block.first);
-        // The face is seen from the same end by both its cells, so that the heat out of one enters the other exactly.
-        let (a, b) = if is_next { (own, next) } else { (next, own) };
-        let JointState { conductance, .. } = face_conductance(block.faces[d][owner], k[d][a], k[d][b]);
-        y[at] += conductance * (x[own + block.first] - x[other]);
+        y[at] += shape(block.faces[d][owner]) * (potentials[d][own].value - potentials[d][next].value);
     });
 }
 
 /// Linearised conduction in a block with k(T).
 fn varying(network: &Network, block: &Block, temperatures: &[f64]) -> Conduction {
-    let k = conductivities(network, block, temperatures);
+    let potentials = potentials(network, block, temperatures);
     let (mut out, mut into) = ([0, 1, 2].map(|_| vec![0.0; block.len()]), [0, 1, 2].map(|_| vec![0.0; block.len()]));
     for segment in block.segments(block.nodes()) {
         segment.each_face(block.cells[0], |at, d, other, is_next, owner| {
-            if !is_next {
-                return;
+            if is_next {
+                let (a, b) = (segment.node + at - block.first, other - block.first);
+                let shape = shape(block.faces[d][owner]);
+                (out[d][a], into[d][a]) = (shape * potentials[d][a].slope, shape * potentials[d][b].slope);
             }
-            let (a, b) = (segment.node + at - block.first, other - block.first);
-            let JointState { conductance: g, slope_a, slope_b } = face_conductance(block.faces[d][owner], k[d][a], k[d][b]);
-            let drop = temperatures[a + block.first] - temperatures[other];
-            (out[d][a], into[d][a]) = (g + slope_a * drop, g - slope_b * drop);
         });
     }
     Conduction::Varying { out, into }

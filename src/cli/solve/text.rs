@@ -143,5 +143,5 @@ fn balance(model: &MeshedMachine, state: &SteadyState) -> String {
         balance.gas,
         balance.circuits.iter().sum::<f64>()
     );
-    text + &model.boundary_notes(state).into_iter().map(|note| format!("note: {note}\n")).collect::<String>()
+    text + &model.notes(state).into_iter().map(|note| format!("note: {note}\n")).collect::<String>()
 }

@@ -3,6 +3,7 @@
 mod export;
 mod help;
 mod mesh;
+mod pieces;
 mod progress;
 mod start;
 

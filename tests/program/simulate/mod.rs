@@ -7,6 +7,7 @@ mod heat_flow;
 mod limits;
 mod passes;
 mod pipe;
+mod pulses;
 mod resume;
 mod schedules;
 mod start;

@@ -27,8 +27,10 @@ use std::sync::Arc;
 use crate::error::{Error, Location, Result};
 use crate::units::{self, Dimension, ZERO_CELSIUS};
 
+mod enclosure;
 mod program;
 
+pub use enclosure::{Enclosure, Interval};
 use program::Op;
 
 /// The names formulas may use, each with its slot in [`FormulaValues`].
@@ -224,6 +226,11 @@ impl Formula {
     /// The derivative is not finite.
     pub fn derivative(&self, values: &FormulaValues, tangent: &FormulaValues) -> Result<f64> {
         self.finite(self.scale * program::run(&self.program, &values.0, Some(&tangent.0)).1, "derivative")
+    }
+
+    /// Bounds on the SI value over a stretch of time over which every name has its own.
+    pub fn enclosure(&self, names: &[Enclosure]) -> Enclosure {
+        enclosure::run(&self.program, names).scaled(self.scale, self.offset)
     }
 
     /// The SI value, if it is equal at all conditions.

@@ -54,7 +54,7 @@ pub(super) enum Op {
 
 impl Function {
     /// Value and derivative.
-    fn at(self, x: f64) -> (f64, f64) {
+    pub(super) fn at(self, x: f64) -> (f64, f64) {
         match self {
             Self::Sqrt => (x.sqrt(), 0.5 / x.sqrt()),
             Self::Exp => (x.exp(), x.exp()),

@@ -138,14 +138,14 @@ impl Machine {
 }
 
 /// The quantities of a drive in the order of [`DRIVE_NAMES`], at `speed` (rad/s).
-fn drive_quantities(parameters: &drive::Parameters, speed: f64) -> [f64; 7] {
+pub(super) fn drive_quantities(parameters: &drive::Parameters, speed: f64) -> [f64; 7] {
     let heats = drive::heats(parameters, speed);
     [heats.motor, heats.reducer, heats.screw, heats.rail, heats.bearing, heats.velocity, heats.torques.starting]
 }
 
 /// Derivatives of the quantities with respect to the speed. All quantities are polynomials of degree two or less on
 /// either side of standstill: the central difference is exact there. At standstill it is the mean of the two sides.
-fn drive_slopes(parameters: &drive::Parameters, speed: f64) -> [f64; 7] {
+pub(super) fn drive_slopes(parameters: &drive::Parameters, speed: f64) -> [f64; 7] {
     let step = if speed == 0.0 { 1.0 } else { speed.abs() / 2.0 };
     let (above, below) = (drive_quantities(parameters, speed + step), drive_quantities(parameters, speed - step));
     std::array::from_fn(|i| (above[i] - below[i]) / (2.0 * step))

@@ -1,5 +1,6 @@
 //! The machine file, read and checked. Everything here is SI; temperatures are in kelvin.
 
+mod bounds_in_time;
 mod catalogue;
 mod channels;
 mod circuits;

@@ -78,6 +78,46 @@ impl Property {
         sign * sum
     }
 
+    /// Mean value between two temperatures (K), exact for the table: of a conductivity, the one with which Fourier's law between the two
+    /// holds (Kirchhoff's transformation; Carslaw and Jaeger 1959, 2.16).
+    pub fn mean(&self, first: f64, last: f64) -> f64 {
+        let Self::Table(table) = self else { return self.at(first) };
+        let (low, high) = (first.min(last), first.max(last));
+        let inside = table.partition_point(|(t, _)| *t <= low)..table.partition_point(|(t, _)| *t < high);
+        if inside.is_empty() || low == high {
+            return 0.5 * (self.at(low) + self.at(high));
+        }
+        let (mut sum, mut last) = (0.0, (low, self.at(low)));
+        for next in table[inside].iter().copied().chain([(high, self.at(high))]) {
+            sum += 0.5 * (last.1 + next.1) * (next.0 - last.0);
+            last = next;
+        }
+        sum / (high - low)
+    }
+
+    /// Temperature (K) up to which the integral from another one (K) has a given value; exact for the table.
+    pub fn moved(&self, from: f64, integral: f64) -> f64 {
+        let Self::Table(table) = self else { return from + integral / self.at(from) };
+        let sign = integral.signum();
+        let (mut at, mut left) = ((from, self.at(from)), integral.abs());
+        let ahead: Vec<(f64, f64)> = if sign > 0.0 {
+            table[table.partition_point(|(t, _)| *t <= from)..].to_vec()
+        } else {
+            table[..table.partition_point(|(t, _)| *t < from)].iter().rev().copied().collect()
+        };
+        for next in ahead {
+            let length = (next.0 - at.0).abs();
+            let whole = 0.5 * (at.1 + next.1) * length;
+            if whole > left {
+                // v x + s x²/2 = left, without cancellation for small s.
+                let rise = (next.1 - at.1) / length;
+                return at.0 + sign * 2.0 * left / (at.1 + (at.1 * at.1 + 2.0 * rise * left).sqrt());
+            }
+            (at, left) = (next, left - whole);
+        }
+        at.0 + sign * left / at.1
+    }
+
     /// Whether the value is equal at all temperatures.
     pub fn is_constant(&self) -> bool {
         matches!(self, Self::Constant(_))
@@ -297,5 +337,26 @@ impl HeatedPlace {
     /// Whether another place is this one or a block of it.
     pub fn holds(self, other: Self) -> bool {
         self.place == other.place && (self.block == other.block || self.block.is_none())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Property;
+
+    /// Mean and integral agree with sums over very many pieces, and a move of the integral comes back to its temperature.
+    #[test]
+    fn means_and_moves_of_a_table() {
+        let table = Property::Table(vec![(280.0, 1.0), (300.0, 5.0), (310.0, 400.0), (320.0, 2.0)]);
+        for (a, b) in [(270.0, 275.0), (270.0, 340.0), (301.0, 309.0), (319.0, 285.0), (300.0, 310.0), (335.0, 345.0), (305.0, 305.0)] {
+            let n = 200_000;
+            let middle = |i: i32| a + (b - a) * (f64::from(i) + 0.5) / f64::from(n);
+            let expected = (0..n).map(|i| table.at(middle(i))).sum::<f64>() / f64::from(n);
+            let mean = table.mean(a, b);
+            assert!((mean - expected).abs() < 1e-6 * expected, "{a} to {b}: {mean} {expected}");
+            let moved = table.moved(a, mean * (b - a));
+            assert!((moved - b).abs() < 1e-9, "{a} to {b}: {moved}");
+        }
+        assert_eq!(Property::Constant(2.0).moved(300.0, -10.0), 295.0);
     }
 }

@@ -70,6 +70,9 @@ fn machine(document: &Document) -> Result<Machine> {
     check_length(&name, &root).map_err(|_| root.error_at("name", "this is too long for a name").help("255 bytes at most"))?;
     let description = root.opt_text("description")?.unwrap_or_default();
     let mut symbols = Symbols::default();
+    for table in ["part", "node", "sensor"] {
+        symbols.places.extend(root.opt_section(table)?.iter().flat_map(|section| section.keys()).map(str::to_string));
+    }
     let variables = variables(&root, &mut symbols)?;
     let drives = drives(&root, &mut symbols)?;
     let definitions = definitions(&root, &mut symbols)?;

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use coldplate_base::error::{Location, Result};
+use coldplate_base::error::{Error, Location, Result};
 use coldplate_base::formula::{Formula, FormulaNames};
 use coldplate_base::units::Dimension;
 
@@ -47,6 +47,8 @@ pub(super) struct Symbols {
     pub(super) meanings: Vec<Meaning>,
     /// Slots of the definitions, in the order of `Machine::definitions`.
     pub(super) definition_slots: Vec<usize>,
+    /// Names of parts, nodes and sensors, whose temperatures are no names of formulas.
+    pub(super) places: Vec<String>,
     /// Slots named by the formulas read since the last [`Symbols::take_named`].
     named: Arc<Mutex<BTreeSet<usize>>>,
 }
@@ -65,9 +67,25 @@ impl Symbols {
     /// # Errors
     /// Errors of [`Formula::parse`].
     pub(super) fn parse(&self, text: &str, dimension: Dimension, unit: Option<&str>, place: Location) -> Result<Formula> {
-        let formula = Formula::parse(text, dimension, unit, &self.names, place)?;
+        let formula = Formula::parse(text, dimension, unit, &self.names, place).map_err(|error| self.controller(error))?;
         self.named.lock().unwrap_or_else(PoisonError::into_inner).extend(formula.slots());
         Ok(formula)
+    }
+
+    /// An error about an unknown name, with the remedy for a formula that follows a temperature of the machine, as a controller does.
+    fn controller(&self, error: Error) -> Error {
+        let names = |place: &String| ["", "_degC", "_K"].map(|unit| format!("unknown name '{place}{unit}'"));
+        match self.places.iter().find(|place| names(place).iter().any(|name| error.what().contains(name))) {
+            None => error,
+            Some(place) => {
+                Error::input(format!("formulas know the condition, not the temperature of '{place}': controllers are not solved here"))
+                    .help(
+                        "power that follows the temperature of the heated place: temperature_coefficient = \"-20 %/K\" with \
+                     reference_temperature; power that holds a sensor: make it a variable and ask `coldplate query --free` of a \
+                     surrogate; a thermostat in time: export the machine as an FMU and switch the variable outside",
+                    )
+            }
+        }
     }
 
     /// The slots named by formulas since the last call.

@@ -11,7 +11,7 @@ use super::{ENERGY_TOLERANCE, History, PlaceStart, RunInstant, SimulateOptions, 
 use crate::schedule::{Schedule, TIME};
 use coldplate_base::error::{Error, Result};
 use coldplate_describe::machine::{Condition, Machine};
-use coldplate_network::{HeatMeter, Load, Network};
+use coldplate_network::{Corner, Corners, HeatMeter, Load, Network};
 use coldplate_reduce::Beginning;
 use coldplate_solve::heat_flow::{heat_flows_at, heat_flows_within};
 use coldplate_solve::meshed::MeshedMachine;
@@ -64,7 +64,12 @@ struct FullRun<'a> {
     /// Whether steps end at every output in any case.
     lands_always: bool,
     has_water_read: bool,
+    /// Times, s, from and until which a formula has more kinks than are looked for.
+    unresolved: Option<(f64, f64)>,
 }
+
+/// Halvings of the time of a step around a passing, a count. Chosen: 50 reach the rounding of its times.
+const HALVINGS: usize = 50;
 
 /// File that holds the state of a run.
 struct Checkpoint<'a> {
@@ -118,6 +123,7 @@ impl<'a> FullRun<'a> {
             goes_on: options.only_temperatures && !bends,
             lands_always: transient.is_lumped() || bends || meters_water,
             has_water_read: network.sensors.iter().any(|sensor| reads_water(network, sensor)),
+            unresolved: None,
             boiling: vec![None; network.streams.len()],
             model,
             schedule,
@@ -140,7 +146,7 @@ impl<'a> FullRun<'a> {
     /// Readings (K) and heat flows (W) at a time not behind that of the state.
     fn output(&self, time: f64, load: &Load) -> Result<(Vec<f64>, Vec<f64>)> {
         let (network, is_within) = (&self.model.network, time < self.state.time);
-        let between = if is_within { self.state.within(time) } else { Vec::new() };
+        let between = if is_within { self.state.within(network, time) } else { Vec::new() };
         let temperatures = if is_within { &between } else { &self.state.temperatures };
         let heats = match self.options.only_temperatures {
             true => Vec::new(),
@@ -156,6 +162,11 @@ impl<'a> FullRun<'a> {
         let network = &model.network;
         let (from, until) = stretch.ends();
         let load = |time: f64| load_at(model, &stretch.condition(time), time);
+        let condition = |time: f64| stretch.condition(time);
+        let Corners { corners, is_cut_off } = Corners::of(&model.machine, &network.warming(), &condition, [from, until], options.tolerance);
+        if is_cut_off {
+            self.unresolved = Some((self.unresolved.map_or(from, |(first, _)| first), until));
+        }
         let mut now = load(self.state.time)?;
         // Unless the run was taken up in the middle of the stretch.
         if self.state.time <= from {
@@ -171,7 +182,9 @@ impl<'a> FullRun<'a> {
         while let Some(next) = self.recorder.next_stop().map(|stop| stop.time).filter(|_| self.state.time < until) {
             let lands = self.lands_always || self.fronts.are_near || self.state.time < self.fronts.until;
             let begun = (!lands && self.has_water_read).then(|| self.state.clone());
-            let end = self.transient.towards(&mut self.state, if lands { next } else { until }, &now, &load)?;
+            let corner = corners.get(corners.partition_point(|corner| corner.time <= self.state.time));
+            let goal = corner.map_or(until, |corner| corner.time);
+            let end = self.transient.towards(&mut self.state, if lands { next.min(goal) } else { goal }, &now, &load)?;
             self.fronts.are_near = unevenness(network, &self.state) > options.tolerance;
             if let Some(begun) = begun.filter(|_| self.fronts.are_near && next < self.state.time) {
                 self.state = TransientState { rejected: self.state.rejected + 1, ..begun };
@@ -180,7 +193,9 @@ impl<'a> FullRun<'a> {
             now = end;
             self.record(stretch, |time, now| time < now)?;
             if !options.only_temperatures {
-                self.recorder.look(self.state.time, &read(network, &self.state.temperatures, &now), &now.variables);
+                let readings = read(network, &self.state.temperatures, &now);
+                self.recorder.settle(self.state.time, &readings);
+                self.pass(stretch, self.state.time, &readings, &now)?;
                 see_boiling(network, &now, &self.state, &mut self.boiling)?;
             }
             seen(&RunInstant { state: &self.state, condition: &stretch.condition(self.state.time), load: &now });
@@ -188,6 +203,11 @@ impl<'a> FullRun<'a> {
             // If steps end at every output in any case they begin anew there: nothing is lost, and small steps are more exact.
             if self.lands_always && !self.goes_on && self.state.time >= next {
                 self.state.before = None;
+            }
+            if corner.is_some_and(|Corner { time, is_kink }| *is_kink && *time == self.state.time) && self.state.time < until {
+                self.state.before = None;
+                self.recorder.corner();
+                self.recorder.pass(self.state.time, &read(network, &self.state.temperatures, &now), &now.variables);
             }
             if self.checkpoint.as_ref().is_some_and(|own| own.written.elapsed() >= options.checkpoint_every) {
                 self.save()?;
@@ -204,11 +224,41 @@ impl<'a> FullRun<'a> {
             let load = load_at(self.model, &condition_at(self.schedule, stop), stop.time)?;
             let (readings, heats) = self.output(stop.time, &load)?;
             if stop.time < self.state.time {
-                self.recorder.pass(stop.time, &readings, &load.variables);
+                self.pass(stretch, stop.time, &readings, &load)?;
             }
             self.recorder.settle(stop.time, &readings);
             self.recorder.record(readings, heats);
         }
+        Ok(())
+    }
+
+    /// Takes note of readings (K) at a time (s) of the last step, and at each time since the last look at which a watched value is
+    /// passed, by halving the course within the step.
+    fn pass(&mut self, stretch: &Stretch<'_>, time: f64, readings: &[f64], load: &Load) -> Result<()> {
+        let begun = self.state.before.as_ref().map_or(f64::INFINITY, |before| before.time - before.length);
+        let values = self.recorder.limits.beside(readings, &load.variables);
+        let mut passed: Vec<(f64, Vec<f64>, Vec<f64>)> = Vec::new();
+        let (since, crossed) = self.recorder.seen.passing.crossed(&values);
+        // A stride or a jump has no course within.
+        for watch in crossed.into_iter().filter(|_| since >= begun * (1.0 - f64::EPSILON) && since < time) {
+            let (mut low, mut high, mut found) = (since, time, None);
+            for _ in 0..HALVINGS {
+                let middle = f64::midpoint(low, high);
+                let load = load_at(self.model, &stretch.condition(middle), middle)?;
+                let network = &self.model.network;
+                let readings = read(network, &self.state.within(network, middle), &load);
+                let there = self.recorder.limits.beside(&readings, &load.variables)[watch.sensor];
+                if (there < watch.value) == (values[watch.sensor] < watch.value) {
+                    (high, found) = (middle, Some((middle, readings, load.variables)));
+                } else {
+                    low = middle;
+                }
+            }
+            passed.extend(found.filter(|_| high < time));
+        }
+        passed.sort_by(|a, b| a.0.total_cmp(&b.0));
+        passed.iter().for_each(|(time, readings, variables)| self.recorder.pass(*time, readings, variables));
+        self.recorder.pass(time, readings, &load.variables);
         Ok(())
     }
 
@@ -237,7 +287,15 @@ impl<'a> FullRun<'a> {
             rejected: self.state.rejected,
             energy,
             resumed_at: self.resumed_at,
-            notes: self.boiling.iter().enumerate().filter_map(|(s, wall)| Some(boiling_note(network, s, (*wall)?))).collect(),
+            notes: self
+                .boiling
+                .iter()
+                .enumerate()
+                .filter_map(|(s, wall)| Some(boiling_note(network, s, (*wall)?)))
+                .chain(self.unresolved.map(|(from, until)| {
+                    format!("formulas have more kinks between {from:.0} s and {until:.0} s than are looked for: short pulses may be lost")
+                }))
+                .collect(),
             ..self.recorder.history(Some(&self.model.machine), None)
         })
     }

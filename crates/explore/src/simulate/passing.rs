@@ -101,6 +101,16 @@ impl Passing {
         watches.filter(|w| (before[w.sensor] < w.value) != (now[w.sensor] < w.value))
     }
 
+    /// Time of the last look, s (infinite before the first), and watches not yet found that are passed between it and values seen now (K).
+    pub(super) fn crossed(&self, now: &[f64]) -> (f64, Vec<Watch>) {
+        let (Some(since), Some(last)) = (self.times.last(), self.values.last()) else { return (f64::INFINITY, Vec::new()) };
+        let is_new = |(own, last): &(&FirstPassings, &f64)| {
+            let (before, behind) = (**last < own.watch.value, now[own.watch.sensor] < own.watch.value);
+            before != behind && if before { own.rising.is_none() } else { own.falling.is_none() }
+        };
+        (*since, self.found.iter().zip(last).filter(is_new).map(|(own, _)| own.watch).collect())
+    }
+
     /// Ends a stretch at a corner of the schedule.
     pub(super) fn corner(&mut self) {
         let (times, values) = (std::mem::take(&mut self.times), std::mem::take(&mut self.values));

@@ -148,6 +148,7 @@ pub fn inventory(model: &MeshedMachine, condition: Option<&Condition>) -> Result
         sources: sources(machine, load.as_ref()),
         ..Inventory::default()
     };
+    found.warnings.extend(model.loose_pieces());
     list_imports(model, &mut found);
     list_channels(model, load.as_ref(), &mut found)?;
     found.warnings.extend(super::boundaries::doubled(machine));
@@ -253,11 +254,6 @@ fn list_imports(model: &MeshedMachine, found: &mut Inventory) {
             worst_quality: body.worst_quality,
             obtuse: negative as f64 / edges.len().max(1) as f64,
         });
-        if body.pieces > 1 {
-            found
-                .warnings
-                .push(format!("'{}' consists of {} pieces that share no node: no heat passes between them", part.name, body.pieces));
-        }
         if body.worst_quality < 0.05 {
             found.warnings.push(format!(
                 "'{}' has nearly flat tetrahedra (worst mean ratio {:.3}): temperatures near them may overshoot; mesh again with Mesh.Optimize = 1",
@@ -270,6 +266,16 @@ fn list_imports(model: &MeshedMachine, found: &mut Inventory) {
                 part.name, body.curved
             ));
         }
+    }
+}
+
+impl MeshedMachine {
+    /// Remarks on imported parts whose pieces share no node, one for each part.
+    pub(super) fn loose_pieces(&self) -> impl Iterator<Item = String> + '_ {
+        let pieces = self.machine.parts.iter().filter_map(|part| Some((&part.name, part.import.as_ref()?.body.pieces)));
+        pieces
+            .filter(|(_, pieces)| *pieces > 1)
+            .map(|(name, pieces)| format!("'{name}' consists of {pieces} pieces that share no node: no heat passes between them"))
     }
 }
 

@@ -31,7 +31,7 @@ pub struct SolveRecord {
     pub boundaries: BTreeMap<String, BoundaryRecord>,
     pub heat_balance: BalanceRecord,
     pub part_to_part: Vec<FlowRecord>,
-    /// Boundaries whose laws are outside their ranges.
+    /// Imported parts in several pieces, and boundaries whose laws are outside their ranges.
     pub notes: Vec<String>,
     /// Error of the mesh in every reading, if it was estimated.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -222,8 +222,13 @@ pub struct SecondsRecord {
 }
 
 impl MeshedMachine {
+    /// Remarks on a state: imported parts in several pieces, and boundaries whose laws leave their ranges.
+    pub fn notes(&self, state: &SteadyState) -> Vec<String> {
+        self.loose_pieces().chain(self.boundary_notes(state)).collect()
+    }
+
     /// Remarks on boundaries whose laws leave their ranges in a state, one for each boundary.
-    pub fn boundary_notes(&self, state: &SteadyState) -> Vec<String> {
+    fn boundary_notes(&self, state: &SteadyState) -> Vec<String> {
         let (network, load) = (&self.network, &state.load);
         let note = |(b, at): (usize, &BoundaryState)| {
             let BoundaryState::FreeConvection(law, gas) = at else { return None };
@@ -288,7 +293,7 @@ impl MeshedMachine {
                 coolant_W: balance.circuits.iter().sum(),
             },
             part_to_part: exchanged(network, &state.load, &solution.temperatures).into_iter().map(flow).collect(),
-            notes: self.boundary_notes(state),
+            notes: self.notes(state),
             mesh: None,
             chosen_cells: ChosenRecord::of(self),
             unknowns: network.nodes,

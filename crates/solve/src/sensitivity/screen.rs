@@ -10,7 +10,7 @@ use coldplate_base::error::Result;
 use coldplate_network::slopes::STENCIL;
 use coldplate_network::stream::members;
 use coldplate_network::surface::{Surface, SurfaceState};
-use coldplate_network::{BoundaryState, Joint, Load, NONE, Network};
+use coldplate_network::{BoundaryState, Crossing, Joint, Load, NONE, Network};
 use coldplate_physics::radiation::SIGMA;
 
 /// Relative step of a circuit's flow, dimensionless. Chosen: error of the difference against rounding.
@@ -122,18 +122,12 @@ impl<'a> Screen<'a> {
         self.joints_by(joints, |_| 1.0)
     }
 
-    /// The contact conductance of some joints, with a relative change of `weight` at each joint's mean temperature (K).
+    /// The contact conductance of some joints, with a relative change of `weight` at the mean temperature (K) of each joint's two faces.
     fn joints_by(&self, joints: impl IntoIterator<Item = usize>, weight: impl Fn(f64) -> f64) -> Disturbance {
         self.disturbance(joints.into_iter().flat_map(|i| {
             let joint = &self.network.joints[i];
-            // d ln(g)/d ln(h) is the share of the contact in the whole resistance.
-            let (g, whole) = self.conductance(joint);
-            let bare = Joint { length_a: 0.0, length_b: 0.0, ..*joint };
-            let contact = if joint.contact == NONE { f64::INFINITY } else { self.conductance(&bare).0 };
-            // Pairs of nodes along the faces of an imported mesh have negative areas, so that both conductances are negative.
-            let share = if contact != 0.0 && contact.is_finite() { g / contact } else { 0.0 };
-            let (ta, tb) = self.network.joint_ends(joint, &self.solution.temperatures);
-            let change = whole * share * weight(0.5 * (ta + tb));
+            let crossing = self.crossing(joint);
+            let change = self.heat(joint) * crossing.per_contact * weight(f64::midpoint(crossing.faces[0], crossing.faces[1]));
             [(joint.a, change), (joint.b, -change)]
         }))
     }
@@ -143,8 +137,8 @@ impl<'a> Screen<'a> {
         self.contact_by(name, |_| 1.0)
     }
 
-    /// The conductance of a contact, both halves of it included, with a relative change of `weight` at each joint's mean temperature
-    /// (K).
+    /// The conductance of a contact, both halves of it included, with a relative change of `weight` at the mean temperature (K) of each
+    /// joint's two faces.
     pub fn contact_by(&self, name: &str, weight: impl Fn(f64) -> f64) -> Disturbance {
         let contacts = &self.network.contacts;
         let of = contacts.iter().find(|g| g.name == name).and_then(|g| g.of);
@@ -154,11 +148,15 @@ impl<'a> Screen<'a> {
         self.joints_by(joints.map(|(i, _)| i), weight)
     }
 
-    /// Conductance (W/K) of a joint and its heat (W).
-    fn conductance(&self, joint: &Joint) -> (f64, f64) {
+    /// A joint in this solution.
+    fn crossing(&self, joint: &Joint) -> Crossing {
         let (ta, tb) = self.network.joint_ends(joint, &self.solution.temperatures);
-        let g = self.network.joint_state(joint, ta, tb, &self.load.contacts).conductance;
-        (g, self.network.joint_heat(joint, &self.solution.temperatures, &self.load.contacts))
+        self.network.crossing(joint, ta, tb, &self.load.contacts)
+    }
+
+    /// Heat (W) of a joint.
+    fn heat(&self, joint: &Joint) -> f64 {
+        self.network.joint_heat(joint, &self.solution.temperatures, &self.load.contacts)
     }
 
     /// The conductivity of a group (part), film and contacts aside; per relative change.
@@ -172,13 +170,9 @@ impl<'a> Screen<'a> {
         let heats = crate::residual(&alone, self.load, &[], &self.solution.temperatures);
         rows.extend(heats.into_iter().enumerate().filter(|(_, heat)| *heat != 0.0).map(|(node, heat)| (node as u32, heat)));
         for joint in net.joints.iter().filter(|j| within(j.a) || within(j.b)) {
-            let (g, heat) = self.conductance(joint);
-            let half = |property: u32, length: f64, node: u32, t: f64| {
-                if property == NONE || !within(node) { 0.0 } else { length / net.properties[property as usize].at(t) }
-            };
-            let (ta, tb) = net.joint_ends(joint, &self.solution.temperatures);
-            let own = half(joint.property_a, joint.length_a, joint.a, ta) + half(joint.property_b, joint.length_b, joint.b, tb);
-            let change = heat * g * own / joint.area;
+            let [own, other] = self.crossing(joint).per_half;
+            let share = if within(joint.a) { own } else { 0.0 } + if within(joint.b) { other } else { 0.0 };
+            let change = self.heat(joint) * share;
             rows.extend([(joint.a, change), (joint.b, -change)]);
         }
         for (surface, state) in net.surfaces.iter().zip(&self.surfaces).filter(|(s, _)| within(s.node) && s.property != NONE) {
@@ -242,11 +236,7 @@ impl<'a> Screen<'a> {
     pub fn boundary_temperature(&self, index: u32) -> Disturbance {
         let rows = self.acted_on(index).map(|(surface, state)| {
             let rate = match self.load.boundaries[index as usize] {
-                BoundaryState::Temperature(t) => {
-                    // Heat = inward (T - t): without the conduction of the node's own side it has no finite rate.
-                    let apart = self.t(surface.node) - t;
-                    if apart == 0.0 { state.slope } else { state.heat / apart }
-                }
+                BoundaryState::Temperature(_) => state.inward,
                 BoundaryState::Film(h, _) => h * surface.area * state.share,
                 BoundaryState::Radiation(e, t) => 4.0 * SIGMA * e * surface.area * t.powi(3) * state.share,
                 BoundaryState::FreeConvection(law, t) => -law.flux(state.temperature, t).per_gas * surface.area * state.share,
@@ -266,12 +256,11 @@ impl<'a> Screen<'a> {
         for joint in net.joints.iter().filter(|j| nodes.contains(&j.a) || nodes.contains(&j.b)) {
             let (ta, tb) = net.joint_ends(joint, temperatures);
             let state = net.joint_state(joint, ta, tb, &self.load.contacts);
-            let drop = ta - tb;
             if nodes.contains(&joint.a) {
-                rows.push((joint.b, -state.conductance - state.slope_a * drop));
+                rows.push((joint.b, -state.along_a));
             }
             if nodes.contains(&joint.b) {
-                rows.push((joint.a, -state.conductance + state.slope_b * drop));
+                rows.push((joint.a, -state.along_b));
             }
         }
         for (a, b, area) in &net.radiative {

@@ -2,7 +2,7 @@
 
 use super::tr_bdf2::{GAMMA, LOCAL_ERROR, parabola};
 use super::{HeatPassing, Transient, TransientState};
-use coldplate_network::Load;
+use coldplate_network::{Load, Network};
 
 /// Relative difference below which variables and lengths are equal, dimensionless: values between two rows are rounded, and so are two
 /// even steps. Chosen above rounding.
@@ -36,15 +36,22 @@ impl Before {
 }
 
 impl TransientState {
-    /// Temperatures of all nodes at a time within the step that led here, K: on the parabola through its three states, which is off by
-    /// a quarter of the step's error. Temperatures of water hold if no front passed.
-    pub fn within(&self, time: f64) -> Vec<f64> {
+    /// Temperatures of all nodes at a time within the step that led here, K, off by a quarter of the step's error. They lie on the
+    /// parabola through its three states; if a node's capacity follows its temperature, its enthalpy does: that has no kink where the
+    /// capacity has one. Temperatures of water hold if no front passed.
+    pub fn within(&self, network: &Network, time: f64) -> Vec<f64> {
         let Some(before) = self.before.as_ref().filter(|before| before.time == self.time && time < self.time) else {
             return self.temperatures.clone();
         };
         let [first, second, third] = parabola(1.0 - (self.time - time) / before.length);
         let states = before.temperatures.iter().zip(&before.between).zip(&self.temperatures);
-        states.map(|((begin, between), end)| first * begin + second * between + third * end).collect()
+        let mut found: Vec<f64> = states.map(|((begin, between), end)| first * begin + second * between + third * end).collect();
+        for node in (0..network.solids).filter(|node| network.has_own_heat_curve(*node)) {
+            let [begin, between, end] =
+                [&before.temperatures, &before.between, &self.temperatures].map(|t| network.enthalpy(node, t[node]));
+            found[node] = network.warmed(node, before.temperatures[node], second * (between - begin) + third * (end - begin));
+        }
+        found
     }
 }
 
@@ -76,24 +83,35 @@ impl Transient<'_> {
         }
     }
 
-    /// Largest local error of the step at any node that stores heat, K, from the third divided difference of its
-    /// temperatures, or on the first step, where only three are known, from a tenth of the second.
+    /// Largest local error of the step at any node that stores heat, K, from the third divided difference of its temperatures, or on
+    /// the first step, where only three are known, from a tenth of the second. If a node's capacity follows its temperature, the
+    /// differences are those of its enthalpy, which is integrated, over the least capacity in the step.
     pub(super) fn local_error(&self, state: &TransientState, h: f64, between: &[f64], after: &[f64]) -> f64 {
         let (a, b) = (GAMMA * h, h);
-        let second = |i: usize| {
-            let (d1, d2) = ((between[i] - state.temperatures[i]) / a, (after[i] - between[i]) / (b - a));
-            (d2 - d1) / b
-        };
-        let of_node = |i: usize| match &state.before {
-            Some(Before { temperatures, length: last, .. }) => {
-                let d0 = (state.temperatures[i] - temperatures[i]) / last;
-                let d1 = (between[i] - state.temperatures[i]) / a;
-                let third = (second(i) - (d1 - d0) / (a + last)) / (b + last);
-                LOCAL_ERROR * 6.0 * h * h * h * third.abs()
+        let of_course = |begin: f64, middle: f64, end: f64, earlier: Option<(f64, f64)>| {
+            let (d1, d2) = ((middle - begin) / a, (end - middle) / (b - a));
+            let second = (d2 - d1) / b;
+            match earlier {
+                Some((earlier, last)) => {
+                    let third = (second - (d1 - (begin - earlier) / last) / (a + last)) / (b + last);
+                    LOCAL_ERROR * 6.0 * h * h * h * third.abs()
+                }
+                None => 0.1 * h * h * second.abs(),
             }
-            None => 0.1 * h * h * second(i).abs(),
         };
-        let stores = |i: &usize| self.network.capacity[*i] > 0.0;
-        (0..self.network.solids).filter(stores).map(of_node).fold(0.0, f64::max)
+        let network = self.network;
+        let of_node = |i: usize| {
+            let earlier = state.before.as_ref().map(|before| (before.temperatures[i], before.length));
+            let (begin, middle, end) = (state.temperatures[i], between[i], after[i]);
+            if !network.has_own_heat_curve(i) {
+                return of_course(begin, middle, end, earlier);
+            }
+            let enthalpy = |t: f64| network.enthalpy(i, t);
+            let earlier = earlier.map(|(t, last)| (enthalpy(t), last));
+            let capacity = [begin, middle, end].map(|t| network.capacity_at(i, t)).into_iter().fold(f64::INFINITY, f64::min);
+            of_course(enthalpy(begin), enthalpy(middle), enthalpy(end), earlier) / capacity
+        };
+        let stores = |i: &usize| network.capacity[*i] > 0.0;
+        (0..network.solids).filter(stores).map(of_node).fold(0.0, f64::max)
     }
 }

@@ -86,13 +86,7 @@ impl LumpedSolver {
             let state = known.unwrap_or_else(|| network.joint_state(joint, ta, tb, &load.contacts));
             let drop = ta - tb;
             conductances += state.conductance.abs();
-            pair(
-                joint.a,
-                joint.b,
-                state.conductance * drop,
-                state.conductance + state.slope_a * drop,
-                state.conductance - state.slope_b * drop,
-            );
+            pair(joint.a, joint.b, state.conductance * drop, state.along_a, state.along_b);
         }
         for (a, b, area) in &network.radiative {
             let (ta, tb) = (t[*a as usize], t[*b as usize]);
@@ -107,6 +101,7 @@ impl LumpedSolver {
             let state = surface.state(t[node], &network.properties, load);
             heats[node] += state.heat;
             slopes[(node, node)] += state.slope;
+            conductances += state.slope;
             passes(-state.heat);
         }
         for (source, power) in network.sources.iter().zip(&load.powers) {

@@ -85,5 +85,5 @@ fn a_lumped_node_in_a_room() {
         if film("horizontal_cylinder", 0.06, middle, 293.15) * 0.05 * (middle - 293.15) < 30.0 { low = middle } else { high = middle }
     }
     check("own", "motor in air, K", run.kelvin("motor"), low, low - 293.15, 1e-9);
-    assert!(run.model.boundary_notes(&run.state).is_empty());
+    assert!(run.model.notes(&run.state).is_empty());
 }

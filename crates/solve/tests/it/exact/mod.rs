@@ -14,6 +14,7 @@ mod displacement;
 mod enclosure;
 mod heat_flow;
 mod joint;
+mod kirchhoff;
 mod mesh_error;
 mod outlet;
 mod plane;
