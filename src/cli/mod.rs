@@ -22,12 +22,14 @@ mod output;
 mod predict;
 mod query;
 mod reduce;
+mod roles;
 mod run;
 mod schema;
 mod sensitivity;
 mod serve;
 mod simulate;
 mod solve;
+mod steady_readings;
 mod sweep;
 mod text;
 mod units;
@@ -128,7 +130,7 @@ pub fn main() -> ExitCode {
         // Fails only if a pool exists already, which nothing before this line makes.
         let _ = rayon::ThreadPoolBuilder::new().num_threads(n.into()).build_global();
     }
-    match whole(|| run(&cli.command, out)) {
+    match whole(|| roles::keep_apart(&matches).and_then(|()| run(&cli.command, out))) {
         Ok(status) => ExitCode::from(status),
         Err(error) => {
             eprintln!("error: {error}");

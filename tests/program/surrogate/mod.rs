@@ -4,6 +4,7 @@
 mod held;
 mod query;
 mod stream;
+mod update;
 
 fn fixture(name: &str) -> std::path::PathBuf {
     coldplate_testing::root().join("crates/runtime/fixtures").join(name)

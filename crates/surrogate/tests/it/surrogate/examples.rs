@@ -72,6 +72,8 @@ pub fn small() -> SurrogateSpec {
         uncertainty: None,
         followed: None,
         in_time: None,
+        empty_corners: vec![],
+        readings: vec![],
         provenance: vec![("made by".into(), "tests/surrogate/examples.rs".into()), ("noté".into(), String::new())],
     }
 }
@@ -171,6 +173,8 @@ pub fn ten_polynomials() -> SurrogateSpec {
         uncertainty: None,
         followed: None,
         in_time: None,
+        empty_corners: vec![],
+        readings: vec![],
         provenance: vec![("machine".into(), "none".into())],
     }
 }
@@ -232,6 +236,8 @@ pub fn ten_radial(kernel: Kernel, shared: bool) -> SurrogateSpec {
         uncertainty: None,
         followed: None,
         in_time: None,
+        empty_corners: vec![],
+        readings: vec![],
         provenance: vec![("machine".into(), "none".into())],
     }
 }
@@ -282,6 +288,8 @@ pub fn mixed() -> SurrogateSpec {
         uncertainty: None,
         followed: None,
         in_time: None,
+        empty_corners: vec![],
+        readings: vec![],
         provenance: vec![("program".into(), "coldplate".into())],
     }
 }
