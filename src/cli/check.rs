@@ -10,7 +10,7 @@ use coldplate_base::document::Document;
 use coldplate_base::error::{Error, Result};
 use coldplate_base::numbers::significant;
 use coldplate_base::units::{self, Dimension};
-use coldplate_describe::machine::Machine;
+use coldplate_describe::machine::{LimitKind, Machine, MachineLimit};
 use coldplate_network::EnclosureViews;
 use coldplate_solve::meshed::described::UncertainRecord;
 use coldplate_solve::meshed::{ChannelEntry, ContactEntry, ImportEntry, Inventory, MeshedMachine, PartEntry, SourceEntry, inventory};
@@ -98,6 +98,7 @@ fn text(model: &MeshedMachine, found: &Inventory, uncertain: &[UncertainNumber])
     }
     text += &model.network.enclosures.iter().map(enclosure_text).collect::<String>();
     text += &size(model);
+    text += &one_sided(&model.machine);
     let rows: Vec<Vec<String>> = model.machine.assumptions.iter().map(|a| vec![a.key.clone(), a.value.clone(), a.reason.clone()]).collect();
     text += &block(&["assumed", "value", "because"], &rows);
     text += &block(&["uncertain", "value", "standard deviation", ""], &uncertain.iter().map(uncertain_row).collect::<Vec<_>>());
@@ -194,6 +195,21 @@ fn size(model: &MeshedMachine) -> String {
         table(&["what the mesh leaves open", "", "K"], &rows),
         stated_cells(model, chosen).map(|note| format!("note: {note}\n")).collect::<String>()
     )
+}
+
+/// Limits of a difference, which watch one side of it.
+fn one_sided(machine: &Machine) -> String {
+    let sentence = |limit: &MachineLimit| match limit.kind {
+        LimitKind::Difference { first, second } => {
+            let [first, second] = [first, second].map(|sensor| machine.sensors[sensor].name.as_str());
+            Some(format!(
+                "limit '{}' watches '{first}' above '{second}' alone; sensors = [{first:?}, {second:?}] with spread watches both sides\n",
+                limit.name
+            ))
+        }
+        _ => None,
+    };
+    machine.limits.iter().filter_map(sentence).collect()
 }
 
 fn uncertain_row(number: &UncertainNumber) -> Vec<String> {

@@ -3,13 +3,18 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use serde::Serialize;
+
 use super::output::Output;
+use super::steady_readings::{clear, notes};
 use super::text::table;
 use coldplate_base::error::{Error, Result};
 use coldplate_base::numbers::significant;
-use coldplate_explore::sweep::scope_of;
+use coldplate_evidence::faulty_readings::{self, Fault, FaultRecord};
+use coldplate_explore::sweep::{MACHINE_HASH, SOLVER_HASH, scope_of};
 use coldplate_jobs::dynamics_fit::with_dynamics;
 use coldplate_jobs::fitting::{self, FitRecord, model_text, unit_of_errors};
+use coldplate_jobs::one_machine::{is_machine_of, of_one_machine, same_machine};
 use coldplate_jobs::{FileKind, open};
 use coldplate_reduce::ReducedModel;
 use coldplate_surrogate::fit::{FitOptions, file};
@@ -43,12 +48,28 @@ pub struct Args {
     /// Reduced model that was made with histories, of the same machine: the surrogate then moves over time too
     #[arg(long, value_name = "MODEL.cpr")]
     dynamics: Option<PathBuf>,
+    /// Fit even if machine file or reduced model are of another machine than the table by their hash, as after a change of
+    /// limits
+    #[arg(long)]
+    anyway: bool,
+    /// Use every reading, faulty ones too (default: faulty readings of measured tables are named and left out)
+    #[arg(long)]
+    keep_all: bool,
     /// Largest total degree of a polynomial
     #[arg(long, value_name = "N", default_value_t = FitOptions::default().max_degree)]
     max_degree: usize,
     /// Seed of the folds of the cross-validation
     #[arg(long, value_name = "N", default_value_t = FitOptions::default().seed)]
     seed: u64,
+}
+
+/// A fit with the faulty readings that it left out.
+#[derive(Serialize)]
+struct Told<'a> {
+    #[serde(flatten)]
+    fit: &'a FitRecord,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    faults: Vec<FaultRecord>,
 }
 
 /// Runs the command.
@@ -63,7 +84,13 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let model = args.dynamics.as_deref().map(reduced_model).transpose()?;
     let (mut samples, ledger) = Table::read_with_ledger(&args.table)?;
     ledger.sentences().iter().for_each(|sentence| out.note(&format!("note: {sentence}")));
-    for name in &args.ignored {
+    of_one_machine(&samples).map_err(|e| e.in_file(&args.table))?;
+    if let Some((path, model)) = args.dynamics.as_ref().zip(model.as_ref()).filter(|_| !args.anyway) {
+        is_machine_of(&samples, &model.machine.hash).map_err(|e| e.in_file(path))?;
+    }
+    let remarks = notes(&samples, &args.ignored).map_err(|e| e.in_file(&args.table))?;
+    remarks.iter().for_each(|note| out.note(&format!("note: {note}")));
+    for name in args.ignored.iter().filter(|name| samples.text(name).is_none()) {
         samples.column(name)?;
     }
     let inputs: usize = samples.conditions().iter().filter(|c| args.ignored.contains(&c.name)).count();
@@ -74,15 +101,25 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         let all: Vec<&str> = known.iter().chain(&args.inputs).map(String::as_str).collect();
         samples.make_inputs(&all)?;
     }
+    // Results of sweeps are no readings.
+    let is_swept = samples.provenance.iter().any(|(key, _)| [MACHINE_HASH, SOLVER_HASH].contains(&key.as_str()));
+    let faults =
+        if args.keep_all || is_swept { Vec::new() } else { clear(&mut samples, &ledger.rows).map_err(|e| e.in_file(&args.table))? };
     let scope = args.machine.as_ref().map(|path| scope_of(path)).transpose()?;
+    if let Some((path, scope)) = args.machine.as_ref().zip(scope.as_ref()).filter(|_| !args.anyway) {
+        is_machine_of(&samples, &scope.hash).map_err(|e| e.in_file(path))?;
+    }
     let options = FitOptions { max_degree: args.max_degree, seed: args.seed, ..FitOptions::default() };
     let (slopes, followed) = (beside(args, &args.slopes, "slopes"), beside(args, &args.followed, "followed"));
     let mut fit = fitting::fit_table_heard(&samples, scope.as_ref(), &options, &out.progress()).map_err(|e| e.in_file(&args.table))?;
     if let Some(path) = &slopes {
-        fitting::with_uncertainty(&mut fit, Some(&Table::read(path)?)).map_err(|e| e.in_file(path))?;
+        let slopes = Table::read(path)?;
+        same_machine(&samples, &slopes).and_then(|()| fitting::with_uncertainty(&mut fit, Some(&slopes))).map_err(|e| e.in_file(path))?;
     }
     if let Some(path) = &followed {
-        fitting::with_followed(&mut fit, scope.as_ref(), Some(&Table::read(path)?)).map_err(|e| e.in_file(path))?;
+        let table = Table::read(path)?;
+        let followed = same_machine(&samples, &table).and_then(|()| fitting::with_followed(&mut fit, scope.as_ref(), Some(&table)));
+        followed.map_err(|e| e.in_file(path))?;
     }
     if let Some((path, model)) = args.dynamics.as_ref().zip(model) {
         with_dynamics(&mut fit.surrogate, &model, &out.progress()).map_err(|e| e.in_file(path))?;
@@ -118,9 +155,11 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         let unit = if has_others { "of their units" } else { "K" };
         format!("over time: {} states, points within {} to {} {unit}\n", own.states, significant(least, 2), significant(most, 2))
     });
-    let text = format!("{}\n{}wrote {} ({bytes} bytes)\n", table(heading, &rows), moves.unwrap_or_default(), path.display());
+    let found = faulty_readings::listed(&faults);
+    let text = format!("{found}{}\n{}wrote {} ({bytes} bytes)\n", table(heading, &rows), moves.unwrap_or_default(), path.display());
     let mut record = FitRecord::of(&fit, &path, bytes, start.elapsed().as_secs_f64());
     record.account = Some(ledger);
+    let record = Told { fit: &record, faults: faults.iter().map(Fault::record).collect() };
     out.report(&text, &record);
     Ok(0)
 }

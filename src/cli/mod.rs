@@ -23,12 +23,14 @@ mod output;
 mod predict;
 mod query;
 mod reduce;
+mod roles;
 mod run;
 mod schema;
 mod sensitivity;
 mod serve;
 mod simulate;
 mod solve;
+mod steady_readings;
 mod sweep;
 mod text;
 mod units;
@@ -133,7 +135,7 @@ pub fn main() -> ExitCode {
     if !matches!(cli.command, Command::Serve(_)) {
         interrupt::listen(out);
     }
-    match whole(|| run(&cli.command, out)) {
+    match whole(|| roles::keep_apart(&matches).and_then(|()| run(&cli.command, out))) {
         Ok(status) => ExitCode::from(status),
         Err(error) => {
             eprintln!("error: {error}");

@@ -43,6 +43,9 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let chosen = starter(&args.from).map_err(|e| e.at_key("--from"))?;
     let path = if args.name.extension().is_some_and(|e| e == "toml") { args.name.clone() } else { with_ending(&args.name, ".toml")? };
     let sweep_path = with_ending(&path.with_extension(""), "_sweep.toml")?;
+    if path.to_string_lossy().contains(char::is_control) {
+        return Err(Error::input("a line end or tab in a name").at_key("NAME").read(format!("{path:?}")).help("write coldplate new motor"));
+    }
     let file = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let text = chosen.text.replace("FILE", &file).replace("SWEEP", &sweep_path.file_name().unwrap_or_default().to_string_lossy());
     let machine = Machine::from_document(&Document::parse(&text, &path)?)?;

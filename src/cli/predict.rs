@@ -7,7 +7,7 @@ use super::mesh_options::MeshArgs;
 use super::output::Output;
 use super::text::table;
 use coldplate_base::atomic_file;
-use coldplate_base::error::{Error, Result};
+use coldplate_base::error::Result;
 use coldplate_base::units::Measurand;
 use coldplate_evidence::command_input;
 use coldplate_evidence::faulty_readings::{self, Fault};
@@ -58,10 +58,6 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let study = Study::read(&args.machine, &sets, args.mesh.cells)?;
     let start = command_input::start(&args.from)?;
     if let Some(path) = &args.out {
-        if args.data.as_ref().is_some_and(|data| data.canonicalize().is_ok_and(|d| path.canonicalize().is_ok_and(|p| p == d))) {
-            let error = Error::input("the data would be written over").in_file(path).at_key("--out");
-            return Err(error.help("give another name: measured data are kept"));
-        }
         atomic_file::check(path).map_err(|e| e.at_key("--out"))?;
     }
     let mut data = command_input::data(args.data.as_deref(), &args.readings.between(), &study.model.machine)?;

@@ -42,7 +42,7 @@ pub struct Args {
     max_runs: usize,
     /// Follow the machine in time too (`coldplate simulate MODEL.cpr`): so many random histories are run in full for it, and
     /// two more to calibrate its bound
-    #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "6", default_value_t = 0)]
+    #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "6", default_value_t = 0, value_parser = histories)]
     histories: usize,
     /// Keep the temperatures of all cells too, for `coldplate solve MODEL.cpr --vtu FILE` and the hottest place of every part
     #[arg(long)]
@@ -56,6 +56,13 @@ pub struct Args {
     /// About how many cells (default: the machine file's own)
     #[arg(long, value_name = "N")]
     cells: Option<usize>,
+}
+
+/// Most histories of a reduced model, a count. Chosen: each is a run in full, and dozens change nothing any more.
+const MOST_HISTORIES: usize = 1000;
+
+fn histories(text: &str) -> std::result::Result<usize, String> {
+    text.parse().ok().filter(|n| *n <= MOST_HISTORIES).ok_or_else(|| format!("a number up to {MOST_HISTORIES} is wanted"))
 }
 
 /// Runs the command.

@@ -28,8 +28,9 @@ pub struct Args {
 /// There is no such table; the page cannot be read or written.
 pub fn run(args: &Args, out: Output) -> Result<u8> {
     if let Some(page) = &args.update {
-        let text = input::text(page)?;
-        let filled = SCHEMA.fill(&text).map_err(|e| e.in_file(page))?;
+        let bytes = input::read_back(page)?;
+        let text = input::utf8(&bytes, page)?;
+        let filled = SCHEMA.fill(text).map_err(|e| e.in_file(page))?;
         let is_stale = filled != text;
         if is_stale {
             atomic_file::write(page, filled.as_bytes())?;

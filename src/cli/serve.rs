@@ -42,10 +42,10 @@ pub struct Args {
     #[arg(long, value_name = "SECONDS", default_value_t = 10.0, value_parser = seconds)]
     patience: f64,
     /// Requests that are answered at once; others are told to come again
-    #[arg(long, value_name = "N", default_value_t = 256, value_parser = at_least_one)]
+    #[arg(long, value_name = "N", default_value_t = 256, value_parser = at_once)]
     most_requests: usize,
     /// Connections; others wait
-    #[arg(long, value_name = "N", default_value_t = 1024, value_parser = at_least_one)]
+    #[arg(long, value_name = "N", default_value_t = 1024, value_parser = at_once)]
     most_connections: usize,
 }
 
@@ -94,6 +94,13 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
 
 fn at_least_one(text: &str) -> std::result::Result<usize, String> {
     text.parse().ok().filter(|n| *n > 0).ok_or_else(|| "a number from 1 on is wanted".into())
+}
+
+/// Most requests or connections at once, a count. Chosen: more than an operating system opens.
+const MOST_AT_ONCE: usize = 1_000_000;
+
+fn at_once(text: &str) -> std::result::Result<usize, String> {
+    at_least_one(text).ok().filter(|n| *n <= MOST_AT_ONCE).ok_or_else(|| format!("a number from 1 to {MOST_AT_ONCE} is wanted"))
 }
 
 fn seconds(text: &str) -> std::result::Result<f64, String> {

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use serde::Serialize;
 
 use super::output::Output;
+use super::steady_readings::impossible;
 use super::text::table;
 use coldplate_base::atomic_file;
 use coldplate_base::error::Result;
@@ -21,8 +22,6 @@ use coldplate_tables::{Ledger, Table};
 
 /// Standard deviation of a reading, unless it is stated. Chosen: a usual temperature sensor.
 const USUAL_NOISE: &str = "0.1 K";
-/// Plausible temperatures of a machine, K. Chosen wide: outside lie the numbers that scanners write if a sensor does not answer.
-const PLAUSIBLE: std::ops::Range<f64> = 150.0..1500.0;
 
 /// New readings into the parameters of a surrogate file, so that its answers follow the machine
 #[derive(Debug, clap::Args)]
@@ -76,7 +75,10 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let path = args.out.as_ref().unwrap_or(&args.surrogate);
     let is_written = !found.record.alarm || args.anyway;
     if is_written {
-        atomic_file::write(path, &found.bytes)?;
+        match &args.out {
+            Some(path) => atomic_file::write(path, &found.bytes)?,
+            None => atomic_file::renew(&args.surrogate, &found.bytes)?,
+        }
     }
     let last =
         if is_written { format!("wrote {}\n", path.display()) } else { "nothing was written; --anyway writes it all the same\n".into() };
@@ -156,21 +158,6 @@ fn clear(table: &mut Table, lines: &[usize], surrogate: &Surrogate<'_>, instrume
     Ok(found)
 }
 
-/// Readings that are no temperatures of a machine, by row and column as `shown` in the file.
-fn impossible(data: &Data, shown: &dyn Fn(usize, usize) -> String) -> Vec<Fault> {
-    let mut found = Vec::new();
-    for (r, row) in data.rows.iter().enumerate() {
-        for (k, reading) in row.readings.iter().enumerate() {
-            if reading.is_some_and(|value| !PLAUSIBLE.contains(&value)) {
-                let mut fault = Fault::wrong_reading(data, r, k, format!("{} is no temperature of a machine", shown(r, k)));
-                fault.is_left_out = true;
-                found.push(fault);
-            }
-        }
-    }
-    found
-}
-
 /// Standard deviations of the instruments.
 fn instruments(args: &Args, surrogate: &Surrogate<'_>) -> Result<Instruments> {
     let beside = args.data.with_extension("toml");
@@ -209,6 +196,9 @@ fn text(record: &UpdateRecord) -> String {
         significant(record.chi_square, 4),
         significant(record.probability, 2)
     );
+    if record.known > 0 {
+        text += &format!("{} further readings were learnt before, and teach nothing again\n", record.known);
+    }
     if record.outside > 0 {
         text += &format!("{} rows are outside the fitted range and teach nothing\n", record.outside);
     }

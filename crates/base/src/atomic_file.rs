@@ -3,12 +3,16 @@
 //! A symbolic link stays a link: the file behind it is replaced. A pipe or device stays a pipe or device: the bytes are
 //! written into it once they are complete.
 
+use std::collections::BTreeSet;
 use std::ffi::OsString;
 use std::fs::{self, File};
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::time::Duration;
 
 use crate::error::{Error, Result};
+use crate::roles;
 
 /// Writes `bytes` as the whole content of `path`; see [`replace`].
 ///
@@ -16,6 +20,15 @@ use crate::error::{Error, Result};
 /// Errors of [`replace`].
 pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     replace(path, |temporary| fs::write(temporary, bytes).map_err(|e| Error::file("write", path, e)))
+}
+
+/// Writes `bytes` into a file that was read in this run because its content is to be changed; see [`write`].
+///
+/// # Errors
+/// Errors of [`replace`].
+pub fn renew(path: &Path, bytes: &[u8]) -> Result<()> {
+    roles::release(path);
+    write(path, bytes)
 }
 
 /// Largest number of symbolic links that are followed one after another (count). Chosen equal to the limit that Linux
@@ -27,7 +40,7 @@ const MOST_LINKS: usize = 40;
 /// crash. A missing folder is made.
 ///
 /// # Errors
-/// The error of `write`, or the file cannot be put in place; the old file is then still there and nothing else is left
+/// The file was read in this run of the program; the error of `write`; the file cannot be put in place. The old file is then still there and nothing else is left
 /// behind.
 pub fn replace(path: &Path, write: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
     let failed =
@@ -35,12 +48,14 @@ pub fn replace(path: &Path, write: impl FnOnce(&Path) -> Result<()>) -> Result<(
     if path.file_name().is_none() {
         return Err(Error::input("this is no file name").in_file(path).help("name a file to write"));
     }
+    roles::may_write(path)?;
     let target = behind_links(path)?;
     let existing = fs::metadata(&target).ok();
     let is_stream = existing.as_ref().is_some_and(|m| !m.is_file() && !m.is_dir());
     let beside = target.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let folder = if is_stream { std::env::temp_dir() } else { beside.to_path_buf() };
     fs::create_dir_all(&folder).map_err(|e| failed("make the folder of", e))?;
+    sweep_up(&folder);
     // Hidden, and of this process alone: two runs that write the same file do not meet.
     let mut hidden = OsString::from(format!(".{}.", std::process::id()));
     hidden.push(target.file_name().unwrap_or_default());
@@ -66,6 +81,32 @@ pub fn replace(path: &Path, write: impl FnOnce(&Path) -> Result<()>) -> Result<(
     outcome
 }
 
+/// Folders that this process has looked through for files left behind.
+static SWEPT: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+/// Age from which a temporary file counts as left behind. Chosen: no file takes as long to write, also on another machine
+/// that shares the folder.
+const LEFT_BEHIND: Duration = Duration::from_secs(3600);
+
+/// Removes temporary files of earlier processes that were killed, once for every folder. A failure to do so takes nothing
+/// from the file that is to be written.
+fn sweep_up(folder: &Path) {
+    if !SWEPT.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).insert(folder.to_path_buf()) {
+        return;
+    }
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let age = entry.metadata().ok().filter(fs::Metadata::is_file).and_then(|about| about.modified().ok()?.elapsed().ok());
+        if is_temporary(&entry.file_name().to_string_lossy()) && age.is_some_and(|age| age > LEFT_BEHIND) {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}
+
+/// Whether a name is one of this program's temporary files: `.PROCESS.NAME`.
+fn is_temporary(name: &str) -> bool {
+    let parts = name.strip_prefix('.').and_then(|rest| rest.split_once('.'));
+    parts.is_some_and(|(process, rest)| !rest.is_empty() && !process.is_empty() && process.bytes().all(|b| b.is_ascii_digit()))
+}
+
 /// The path behind `path` once every symbolic link at the end is followed; no file need exist there.
 fn behind_links(path: &Path) -> Result<PathBuf> {
     let mut target = path.to_path_buf();
@@ -79,12 +120,14 @@ fn behind_links(path: &Path) -> Result<PathBuf> {
 /// Checks that a file can be written at `path`, before the work whose result it is to hold. Nothing is left behind.
 ///
 /// # Errors
-/// The nearest existing parent is no folder, or refuses a new file; or `path` is a folder.
+/// The nearest existing parent is no folder, or refuses a new file; `path` is a folder, or a file that was read in this
+/// run of the program.
 pub fn check(path: &Path) -> Result<()> {
     let failed = |e: std::io::Error| Error::file("write", path, e).help("check that the folder may be written to");
     if path.file_name().is_none() || path.is_dir() {
         return Err(Error::input("this is no file name").in_file(path).help("name a file to write"));
     }
+    roles::will_write(path)?;
     let target = behind_links(path)?;
     // Opening a pipe as a test would end the pipe for its reader.
     if fs::metadata(&target).is_ok_and(|m| !m.is_file()) {
@@ -142,6 +185,24 @@ mod tests {
         write(Path::new("/dev/null"), b"gone").unwrap();
         assert!(fs::metadata("/dev/null").unwrap().file_type().is_char_device());
         assert!(write(Path::new("/dev/full"), b"refused").is_err());
+        let _ = fs::remove_dir_all(&folder);
+    }
+
+    #[test]
+    fn temporary_files_of_killed_processes_are_removed() {
+        let folder = std::env::temp_dir().join(format!("coldplate-left-{}", std::process::id()));
+        fs::create_dir_all(&folder).unwrap();
+        let old = std::time::SystemTime::now() - 2 * LEFT_BEHIND;
+        for name in [".4242.a.csv", ".4242.young.csv", ".hidden.csv", ".12", "4242.a.csv"] {
+            let file = File::create(folder.join(name)).unwrap();
+            if !name.contains("young") {
+                file.set_modified(old).unwrap();
+            }
+        }
+        write(&folder.join("b.csv"), b"new").unwrap();
+        let mut left: Vec<String> = fs::read_dir(&folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+        left.sort();
+        assert_eq!(left, [".12", ".4242.young.csv", ".hidden.csv", "4242.a.csv", "b.csv"]);
         let _ = fs::remove_dir_all(&folder);
     }
 

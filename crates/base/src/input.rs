@@ -6,6 +6,7 @@ use std::path::Path;
 use std::str::Utf8Error;
 
 use crate::error::{Error, Result};
+use crate::roles;
 
 /// Most bytes read from a file that is not regular (256 MiB). Pipes and devices do not state their length. Chosen:
 /// bounds the memory taken.
@@ -14,8 +15,18 @@ const MOST_OF_A_STREAM: u64 = 256 << 20;
 /// The bytes of a file.
 ///
 /// # Errors
-/// The file cannot be read, or is a pipe or device that gives more than 256 MiB.
+/// The file cannot be read, is to be written in the same run of the program, or is a pipe or device that gives more than
+/// 256 MiB.
 pub fn read(path: &Path) -> Result<Vec<u8>> {
+    roles::reads(path)?;
+    read_back(path)
+}
+
+/// The bytes of a file that the program keeps for itself, and may write anew in the same run: a checkpoint, a record.
+///
+/// # Errors
+/// The file cannot be read, or is a pipe or device that gives more than 256 MiB.
+pub fn read_back(path: &Path) -> Result<Vec<u8>> {
     let failed = |e| Error::file("read", path, e);
     let mut file = File::open(path).map_err(failed)?;
     let about = file.metadata().map_err(failed)?;

@@ -8,7 +8,7 @@
 //! * [`condition`]: the variables that every machine has.
 //! * [`progress::Progress`]: reports of long work.
 //! * [`vtu::Vtu`]: fields on a mesh, read from files of `ParaView`.
-//! * [`atomic_file`], [`input`]: files written whole or not at all, and read as a whole.
+//! * [`atomic_file`], [`input`], [`roles`]: files written whole or not at all, read as a whole, and never both in one run.
 //! * [`random::Random`], [`numbers`], [`vector`], [`memory`], [`terms`]: random numbers with a lasting seed, numbers as
 //!   text, vectors, memory of the machine, terms of the surrogate file.
 //!
@@ -36,6 +36,7 @@ pub mod memory;
 pub mod numbers;
 pub mod progress;
 pub mod random;
+pub mod roles;
 pub mod terms;
 pub mod units;
 pub mod vector;

@@ -21,6 +21,8 @@ use coldplate_tables::{Ledger, Table};
 pub const TIME: &str = "time";
 /// Columns of measured data with the test of each row, and with remarks.
 const REMARKS: [&str; 2] = ["test", "note"];
+/// Longest schedule, s: 300 years. Chosen: a guard against typing errors; the times of longer ones have no digits for steps.
+const LONGEST: f64 = 1e10;
 /// Most breakpoints of a schedule with its repetitions, count. Chosen: a guard against typing errors.
 const MOST_ROWS: usize = 10_000_000;
 
@@ -121,6 +123,12 @@ impl Schedule {
         schedule.repeat(options.repeat)?;
         if let Some(until) = options.until {
             schedule.end_at(until)?;
+        }
+        if schedule.end() - schedule.start() > LONGEST {
+            return Err(Error::input("this schedule is longer than three hundred years")
+                .at_key(TIME)
+                .read(format!("{} s", schedule.end() - schedule.start()))
+                .help("look at the unit of the times, or give a shorter --until"));
         }
         if schedule.end() > schedule.start() {
             return Ok(schedule);

@@ -126,7 +126,7 @@ impl std::error::Error for ExportError {}
 pub fn export(surrogate: &Surrogate<'_>, target: Target, name: &str) -> Result<Vec<File>, ExportError> {
     let identifier = name::identifier(name).ok_or_else(|| ExportError::Name(name.into()))?;
     let content = Content::of(surrogate);
-    Ok(match target {
+    let mut files = match target {
         Target::Json => vec![File::new(format!("{identifier}.json"), json::write(surrogate, &content).into_bytes())],
         Target::C99 => c99::write(&content, &identifier),
         Target::C99Single => c99::write_single(surrogate, &content, &identifier)?,
@@ -137,5 +137,12 @@ pub fn export(surrogate: &Surrogate<'_>, target: Target, name: &str) -> Result<V
         Target::Modelica => modelica::write(&content, &identifier),
         Target::Fmu2 => fmu::write(surrogate, &content, &identifier, fmu::Version::Two)?,
         Target::Fmu3 => fmu::write(surrogate, &content, &identifier, fmu::Version::Three)?,
-    })
+    };
+    // No target but the file itself knows these corners.
+    if let Some(file) = files.first_mut().filter(|_| surrogate.empty_corners().next().is_some()) {
+        let remark = "in corners of the ranges no row was fitted: there the surrogate file says uncertain, \
+                      and what was written here does not";
+        file.remark = Some(file.remark.take().map_or(remark.to_owned(), |own| format!("{own}; {remark}")));
+    }
+    Ok(files)
 }

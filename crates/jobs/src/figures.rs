@@ -4,6 +4,7 @@ use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::charts::limits::worded;
 use coldplate_base::error::{Error, Result};
+use coldplate_explore::sweep::MACHINE_HASH;
 use coldplate_figures::chart::acceptability::{AcceptabilityMap, MarkedCondition};
 use coldplate_figures::chart::error_overview::{ErrorOverview, PointErrors};
 use coldplate_figures::chart::one_factor::{OneFactorFigure, SampledCurve};
@@ -295,7 +296,7 @@ pub(crate) fn worst_point(surrogate: &Surrogate<'_>, comparison: &TableCompariso
 
 /// Provenance of a surrogate in a line: program and machine file.
 pub fn provenance(surrogate: &Surrogate<'_>) -> String {
-    let shown = surrogate.provenance().filter(|(k, _)| ["program", "machine hash"].contains(k));
+    let shown = surrogate.provenance().filter(|(k, _)| ["program", MACHINE_HASH].contains(k));
     shown.map(|(k, v)| format!("{k} {v}")).collect::<Vec<_>>().join("; ")
 }
 

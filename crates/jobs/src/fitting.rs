@@ -12,7 +12,7 @@ use coldplate_base::units::express;
 use coldplate_describe::machine::{self, PointColumn, Scope};
 use coldplate_explore::sweep::{BOUNDS, MESH_ERRORS, RECOVERED};
 use coldplate_surrogate::fit::model::{
-    FollowedSpec, HeldSpec, LimitKind, LimitSpec, PointModel, PointSpec, SurrogateSpec, UncertaintySpec, VariableSpec,
+    DEFAULT, FollowedSpec, HeldSpec, LimitKind, LimitSpec, PointModel, PointSpec, SurrogateSpec, UncertaintySpec, VariableSpec,
 };
 use coldplate_surrogate::fit::{self, FitOptions, FitOutput, FitSamples, ResidualSizes, SurrogateFit};
 use coldplate_tables::{Ledger, Table};
@@ -73,6 +73,8 @@ pub fn fit_table_heard(table: &Table, scope: Option<&Scope>, options: &FitOption
         let (limits, notes) = limits(scope, &fit.surrogate, &held);
         fit.surrogate.limits = limits;
         fit.notes.extend(notes);
+        let defaults = defaults(scope, &fit.surrogate);
+        fit.surrogate.provenance.extend(defaults);
     }
     let provenance = &mut fit.surrogate.provenance;
     provenance.extend(table.provenance.iter().cloned());
@@ -82,6 +84,17 @@ pub fn fit_table_heard(table: &Table, scope: Option<&Scope>, options: &FitOption
     provenance.push(("conditions".into(), table.rows().to_string()));
     fit.surrogate.held = held;
     Ok(fit)
+}
+
+/// Defaults of the machine file for variables of the surrogate, as provenance; those outside the fitted range are no
+/// answer's condition.
+fn defaults(scope: &Scope, surrogate: &SurrogateSpec) -> Vec<(String, String)> {
+    let default = |v: &VariableSpec| {
+        let own = scope.variables.iter().find(|own| own.name == v.name)?;
+        let value = express(own.default?, &v.unit, own.dimension).ok().filter(|value| (v.low..=v.high).contains(value))?;
+        Some((format!("{DEFAULT}{}", v.name), format!("{value} {}", v.unit)))
+    };
+    surrogate.variables.iter().filter_map(default).collect()
 }
 
 /// A size per output, by name, that the table states in its provenance under `key`; zero for outputs that it does not name.

@@ -31,6 +31,7 @@ pub mod fitting;
 pub mod gallery;
 pub mod info;
 pub mod measured;
+pub mod one_machine;
 mod open;
 pub mod reduced;
 pub mod reduced_slopes;

@@ -7,7 +7,8 @@ use coldplate_base::numbers::significant;
 use coldplate_base::units::{self, Dimension, Measurand};
 use coldplate_describe::machine::{Condition, DescribedVariable, LimitKind, MachineLimit};
 use coldplate_explore::schedule::Quantities;
-use coldplate_explore::simulate::{SimulatedMachine, Stepper};
+use coldplate_explore::simulate::{SimulatedMachine, Stepper, check_beginning};
+use coldplate_explore::sweep::MACHINE_HASH;
 use coldplate_reduce::Beginning;
 
 /// A surrogate that runs through a schedule.
@@ -49,7 +50,7 @@ impl<'a> SurrogateRun<'a> {
             points: surrogate.points().map(|p| p.name.to_string()).collect(),
             measurands: surrogate.points().map(measurand).collect::<Result<_>>()?,
             limits: surrogate.limits().map(|limit| limit_of(surrogate, limit)).collect::<Result<_>>()?,
-            hash: surrogate.provenance().find(|(key, _)| *key == "machine_hash").map_or(String::new(), |(_, hash)| hash.to_string()),
+            hash: surrogate.provenance().find(|(key, _)| *key == MACHINE_HASH).map_or(String::new(), |(_, hash)| hash.to_string()),
         })
     }
 
@@ -83,7 +84,8 @@ impl<'a> SurrogateRun<'a> {
     /// Subject of the histories: name, sensors, limits.
     pub fn subject(&self) -> SimulatedMachine<'_> {
         let name = self.surrogate.provenance().find(|(key, _)| *key == "machine").map_or("surrogate", |(_, name)| name);
-        let cells = self.surrogate.provenance().find(|(key, _)| *key == "cells").and_then(|(_, cells)| cells.parse().ok());
+        let mesh = self.surrogate.provenance().find(|(key, _)| *key == "mesh");
+        let cells = mesh.and_then(|(_, mesh)| mesh.split_once(" cells")?.0.parse().ok());
         SimulatedMachine {
             name,
             hash: &self.hash,
@@ -95,6 +97,35 @@ impl<'a> SurrogateRun<'a> {
             nodes: self.surrogate.in_time().map_or(0, |own| own.states()),
             machine: None,
         }
+    }
+
+    /// Coldest and hottest temperature (K) of the steady points at the corners of the fitted ranges and in their middle, and
+    /// of the temperatures that the ranges themselves are of.
+    fn temperature_range(&self) -> Result<(f64, f64)> {
+        let variables: Vec<_> = self.surrogate.variables().collect();
+        let middle: Vec<f64> = variables.iter().map(|v| f64::midpoint(v.low, v.high)).collect();
+        // A surrogate has at most eight variables.
+        let corner = |corner: usize| {
+            let end = |(bit, v): (usize, &coldplate_runtime::Variable<'_>)| if corner >> bit & 1 == 1 { v.high } else { v.low };
+            variables.iter().enumerate().map(end).collect::<Vec<f64>>()
+        };
+        let ends = variables.iter().flat_map(|v| [(v.low, v.unit), (v.high, v.unit)]);
+        let held = self.surrogate.held().map(|held| (held.value, held.unit));
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        // Only a temperature converts to kelvin.
+        for kelvin in ends.chain(held).filter_map(|(value, unit)| units::convert(value, unit, Dimension::TEMPERATURE).ok()) {
+            (low, high) = (low.min(kelvin), high.max(kelvin));
+        }
+        let mut values = vec![0.0; self.surrogate.point_count()];
+        for x in std::iter::once(middle).chain((0..1 << variables.len()).map(corner)) {
+            self.surrogate.evaluate(&x, &mut values).map_err(|e| Error::input(e.to_string()))?;
+            for (kelvin, point) in self.kelvin(&values)?.iter().zip(self.surrogate.points()) {
+                if !is_length(point.unit) {
+                    (low, high) = (low.min(*kelvin), high.max(*kelvin));
+                }
+            }
+        }
+        Ok((low, high))
     }
 
     /// A condition in the units of a query.
@@ -157,6 +188,7 @@ fn refused(error: coldplate_runtime::StepError) -> Error {
 impl Stepper for SurrogateRun<'_> {
     fn begin(&mut self, beginning: Beginning, condition: &Condition) -> Result<()> {
         let x = self.own(condition)?;
+        check_beginning(beginning, || self.temperature_range())?;
         self.state = Some(match beginning {
             Beginning::Steady => self.surrogate.at_rest(&x).map_err(refused)?,
             Beginning::Uniform(temperature) => {

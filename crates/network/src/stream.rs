@@ -83,6 +83,9 @@ pub struct StreamState {
     pub note: Option<&'static str>,
 }
 
+/// Largest pressure drop of a channel without a remark, Pa. Chosen: above every pump of a cooling circuit.
+const LARGEST_DROP: f64 = 5e6;
+
 impl Stream {
     /// Node of the water leaving the last station.
     pub fn outlet(&self) -> u32 {
@@ -246,6 +249,7 @@ impl Network {
         let state = FlowState { reynolds, liquid, at_wall, diameter: stream.diameter, length: stream.length, velocity };
         let (film, note) = stream.film_coefficient(&state, load)?;
         let drop = stream.pressure_drop(mass_flow, liquid);
+        let note = note.or((drop > LARGEST_DROP).then_some("its pressure drop is above 50 bar, more than pumps of cooling circuits give"));
         // One capacity rate along the whole circuit, so that enthalpy is conserved to rounding.
         let rate = mass_flow * inlet.specific_heat;
         let conductance: Vec<f64> = stream.stations.iter().map(|k| self.station_conductance(stream, k, film, temperatures)).collect();

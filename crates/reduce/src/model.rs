@@ -7,9 +7,13 @@ use serde::{Deserialize, Serialize};
 use super::fields::ModeField;
 use super::reduced_network::{ReducedNetwork, ReducedState};
 use coldplate_base::error::{Error, Result};
+use coldplate_base::units::Measurand;
 use coldplate_describe::machine::{Condition, Machine};
 use coldplate_network::{Load, Network};
 use coldplate_solve::sensitivity::OpenParameter;
+
+/// Most variables whose corners are all looked at, a count. Chosen: the number of corners doubles with each.
+const MOST_CORNERED: usize = 6;
 
 /// A machine as two reduced networks, one finer than the other.
 #[derive(Debug, Clone)]
@@ -63,7 +67,8 @@ pub struct Made {
     pub nodes: usize,
     /// Conductors of the full model that follow the temperature or the surroundings.
     pub conductors: usize,
-    /// Time taken to make the model, s.
+    /// Time taken to make the model, s. Not in a file, so that two runs write the same bytes; 0 for a model that was read.
+    #[serde(skip)]
     pub seconds: f64,
 }
 
@@ -153,6 +158,43 @@ impl ReducedModel {
     /// Whether a condition is within the ranges of the training.
     pub fn is_inside(&self, condition: &Condition) -> bool {
         condition.si().iter().zip(&self.ranges).all(|(x, (low, high))| is_within(*x, *low, *high))
+    }
+
+    /// Coldest and hottest temperature (K) of the surroundings and of the steady readings at the corners of the ranges: the
+    /// temperatures that the bound over time is known for. Of many variables, each end is taken with the others in the
+    /// middle.
+    ///
+    /// # Errors
+    /// A condition cannot be evaluated.
+    pub fn temperature_range(&self) -> Result<(f64, f64)> {
+        let middle: Vec<f64> = self.ranges.iter().map(|(low, high)| f64::midpoint(*low, *high)).collect();
+        let varied: Vec<usize> = (0..self.ranges.len()).filter(|v| self.ranges[*v].1 > self.ranges[*v].0).collect();
+        let end = |v: usize, is_high: bool| if is_high { self.ranges[v].1 } else { self.ranges[v].0 };
+        let mut conditions = vec![middle.clone()];
+        if varied.len() <= MOST_CORNERED {
+            for corner in 0..1usize << varied.len() {
+                let mut own = middle.clone();
+                varied.iter().enumerate().for_each(|(bit, v)| own[*v] = end(*v, corner >> bit & 1 == 1));
+                conditions.push(own);
+            }
+        } else {
+            for (v, is_high) in varied.iter().flat_map(|v| [(*v, false), (*v, true)]) {
+                let mut own = middle.clone();
+                own[v] = end(v, is_high);
+                conditions.push(own);
+            }
+        }
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        for condition in conditions.into_iter().map(Condition::from_si) {
+            let load = Load::at(&self.machine, &condition)?;
+            // A corner at which the water boils has no steady state.
+            let readings = self.steady(&condition, &[]).map(|answer| answer.finer).unwrap_or_default();
+            let measured = readings.iter().zip(&self.machine.sensors).filter(|(_, s)| s.measurand() == Measurand::Temperature);
+            for temperature in load.inlets.iter().copied().chain([load.chamber]).chain(measured.map(|(value, _)| *value)) {
+                (low, high) = (low.min(temperature), high.max(temperature));
+            }
+        }
+        Ok((low, high))
     }
 
     /// Temperatures of all nodes of the full network (K) in an answer at a condition.

@@ -49,6 +49,14 @@ pub const MEDIUM_RECORD: usize = 16;
 pub const POLYNOMIAL_RECORD: usize = 28;
 /// Bytes of the tag and the length before the content of a further section.
 pub const SECTION_HEADER: usize = 8;
+/// Largest number of corners without a row (count): the four of every two variables.
+pub const MAX_CORNERS: usize = 2 * MAX_VARIABLES * (MAX_VARIABLES - 1);
+/// Bytes of the record of a corner without a row.
+pub const CORNER_RECORD: usize = 16;
+/// Tag of the section of corners of the fitted range that no row lies in.
+pub const CORNERS: [u8; 4] = *b"CORN";
+/// Tag of the section of readings that the states were learnt from; answers do not need it.
+pub const READINGS: [u8; 4] = *b"read";
 /// Tag of the section of held variables.
 pub const HELD: [u8; 4] = *b"HELD";
 /// Tag of the section on the uncertainty of the answers.

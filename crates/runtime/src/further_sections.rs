@@ -16,6 +16,9 @@ pub(crate) struct Further<'a> {
     /// Names and units of the held variables.
     pub(crate) held_text: &'a str,
     pub(crate) uncertainty: Option<Uncertainty<'a>>,
+    pub(crate) corners: &'a [[u8; CORNER_RECORD]],
+    /// Marks of the readings that were learnt.
+    pub(crate) readings: &'a [[u8; 8]],
     /// Bytes of the section on the dependence of answers on held variables, not decoded.
     pub(crate) followed: &'a [u8],
     pub(crate) mesh: Numbers<'a>,
@@ -41,6 +44,8 @@ impl<'a> Further<'a> {
             let (content, behind) = behind.split_at_checked(u32_at(head, 4)).ok_or(OpenError::Length)?;
             rest = behind;
             match tag {
+                CORNERS => further.corners = corners(content, variables)?,
+                READINGS => further.readings = whole(content)?,
                 HELD => (further.held, further.held_text) = held(content)?,
                 UNCERTAIN => further.uncertainty = Some(uncertain(content, variables, points)?),
                 FOLLOWED => further.followed = content,
@@ -56,10 +61,30 @@ impl<'a> Further<'a> {
 }
 
 /// Error of the mesh, a half width per point.
-fn mesh(mut content: &[u8], points: usize) -> Result<Numbers<'_>, OpenError> {
-    let widths = Numbers(records(&mut content, points)?);
-    ensure(content.is_empty(), OpenError::Length)?;
+fn mesh(content: &[u8], points: usize) -> Result<Numbers<'_>, OpenError> {
+    let widths = Numbers(whole(content)?);
+    ensure(widths.len() == points, OpenError::Length)?;
     Ok(widths)
+}
+
+/// The content as records alone.
+fn whole<const N: usize>(mut content: &[u8]) -> Result<&[[u8; N]], OpenError> {
+    let count = content.len() / N;
+    let list = records(&mut content, count)?;
+    ensure(content.is_empty(), OpenError::Length)?;
+    Ok(list)
+}
+
+/// The records of corners without a row, checked.
+fn corners(content: &[u8], variables: usize) -> Result<&[[u8; CORNER_RECORD]], OpenError> {
+    let list: &[[u8; CORNER_RECORD]] = whole(content)?;
+    within(list.len(), 1, MAX_CORNERS, "corners without a row")?;
+    for [number @ .., first, second, signs, a, b, c, d, e] in list {
+        ensure(f64::from_le_bytes(*number).is_finite(), OpenError::Number("reach of a corner"))?;
+        ensure(first < second && usize::from(*second) < variables, OpenError::Index("variable of a corner"))?;
+        ensure(*signs < 4 && [a, b, c, d, e] == [&0; 5], OpenError::Reserved)?;
+    }
+    Ok(list)
 }
 
 /// The records of the held variables, and their text.

@@ -78,5 +78,5 @@ pub use normal::{NINETY_FIVE, probability_above_chi_square, probability_below};
 pub use shape::ShapeError;
 pub use single::{Single, SingleState};
 pub use step::{State, StepError};
-pub use surrogate::{Held, Limit, Point, SelfTest, Surrogate, Variable};
+pub use surrogate::{EmptyCorner, Held, Limit, Point, SelfTest, Surrogate, Variable};
 pub use uncertain::{Origin, Parameter, Scale, Uncertainty};

@@ -170,7 +170,7 @@ impl<'a> Surrogate<'a> {
         for vector in 0..self.self_tests {
             let at = start + vector * (variables + points);
             x.iter_mut().zip(self.numbers.part(at, variables).iter()).for_each(|(x, n)| *x = n);
-            ensure(self.in_domain(x), OpenError::Number("condition of a self-test"))?;
+            ensure(self.in_ranges(x), OpenError::Number("condition of a self-test"))?;
             self.evaluate(x, values).map_err(|_| OpenError::Length)?;
             for (point, (value, expected)) in values.iter().zip(self.numbers.part(at + variables, points).iter()).enumerate() {
                 let close = (value - expected).abs() <= SELF_TEST_TOLERANCE * expected.abs().max(1.0);
@@ -271,6 +271,8 @@ fn sections(bytes: &[u8]) -> Result<Surrogate<'_>, OpenError> {
         held: further.held,
         held_text: further.held_text,
         uncertainty: further.uncertainty,
+        corners: further.corners,
+        readings: further.readings,
         followed: further.followed,
         mesh: further.mesh,
         in_time: further.in_time,

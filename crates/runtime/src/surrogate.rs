@@ -1,7 +1,7 @@
 //! An opened file and views of its content.
 
 use crate::bytes::{Numbers, part, u16_at, u32_at};
-use crate::format::{MAX_VARIABLES, MEDIUM_RECORD, POLYNOMIAL_RECORD, SMALL_RECORD};
+use crate::format::{CORNER_RECORD, MAX_VARIABLES, MEDIUM_RECORD, POLYNOMIAL_RECORD, SMALL_RECORD};
 use crate::in_time::InTime;
 use crate::limit::LimitKind;
 use crate::model::{Basis, Indices, Kernel, Polynomial, Scaling, Transform};
@@ -29,6 +29,8 @@ pub struct Surrogate<'a> {
     /// Names and units of the held variables.
     pub(crate) held_text: &'a str,
     pub(crate) uncertainty: Option<Uncertainty<'a>>,
+    pub(crate) corners: &'a [[u8; CORNER_RECORD]],
+    pub(crate) readings: &'a [[u8; 8]],
     pub(crate) followed: &'a [u8],
     /// Part of each point's half width that is the error of the mesh; empty if it is not known.
     pub(crate) mesh: Numbers<'a>,
@@ -59,6 +61,32 @@ pub struct Variable<'a> {
     pub low: f64,
     /// Upper end of the fitted range; equal to `low` for a variable that was held fixed.
     pub high: f64,
+}
+
+/// A corner of the fitted ranges of two variables that no row of the fit lies in. With each value scaled to u from -1 to 1
+/// over its range, and -u in place of u towards a low end, the corner begins where the sum of both is above the reach.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EmptyCorner {
+    /// Indices of the variables.
+    pub variables: [usize; 2],
+    /// Whether the corner lies at the low end of each.
+    pub is_low: [bool; 2],
+    /// Largest sum that a row reaches, with a margin; dimensionless.
+    pub reach: f64,
+}
+
+impl EmptyCorner {
+    /// Whether a condition inside the ranges lies in the corner.
+    fn holds(&self, surrogate: &Surrogate<'_>, x: &[f64]) -> bool {
+        let mut sum = 0.0;
+        for (variable, is_low) in self.variables.iter().zip(self.is_low) {
+            let (low, high) = (surrogate.low(*variable), surrogate.high(*variable));
+            // A variable without a range has no corners; its quotient is no number, and no sum of it is above the reach.
+            let u = x.get(*variable).map_or(f64::NAN, |x| (2.0 * x - low - high) / (high - low));
+            sum += if is_low { -u } else { u };
+        }
+        sum > self.reach
+    }
 }
 
 /// A variable that did not vary while the surrogate was made: every answer is for this value alone.
@@ -226,9 +254,30 @@ impl<'a> Surrogate<'a> {
         self.bases.iter().map(|record| self.basis(record))
     }
 
-    /// True if `x` has one value per variable and each lies within its fitted range, ends included.
+    /// True if `x` has one value per variable, each lies within its fitted range, ends included, and no two of them lie in a
+    /// corner that no row of the fit lies in.
     #[must_use]
     pub fn in_domain(&self, x: &[f64]) -> bool {
+        self.in_ranges(x) && !self.empty_corners().any(|corner| corner.holds(self, x))
+    }
+
+    /// Corners of the fitted ranges of two variables that no row of the fit lies in.
+    pub fn empty_corners(&self) -> impl Iterator<Item = EmptyCorner> + '_ {
+        self.corners.iter().map(|[number @ .., first, second, signs, _, _, _, _, _]| EmptyCorner {
+            variables: [usize::from(*first), usize::from(*second)],
+            is_low: [signs & 1 != 0, signs & 2 != 0],
+            reach: f64::from_le_bytes(*number),
+        })
+    }
+
+    /// Marks of the readings that the states were learnt from, eight bytes each.
+    #[must_use]
+    pub fn readings(&self) -> &'a [[u8; 8]] {
+        self.readings
+    }
+
+    /// True if `x` has one value per variable and each lies within its fitted range, ends included.
+    pub(crate) fn in_ranges(&self, x: &[f64]) -> bool {
         let ranges = self.numbers.part(0, 2 * self.variables.len()).0.as_chunks::<2>().0;
         let inside = |([low, high], x): (&[[u8; 8]; 2], &f64)| f64::from_le_bytes(*low) <= *x && *x <= f64::from_le_bytes(*high);
         x.len() == ranges.len() && ranges.iter().zip(x).all(inside)

@@ -10,7 +10,7 @@ use coldplate_base::numbers::without_zeros;
 use coldplate_surrogate::verdict::question::{QuestionReply, shown};
 use coldplate_surrogate::verdict::trade_off::Exchange;
 use coldplate_surrogate::verdict::{
-    Acceptability, FreeVariable, Inverse, Objective, Optimum, OutOfRange, Sense, Surrogate, SurrogateAnswer, TradeOff, condition,
+    Acceptability, FreeVariable, Inverse, Objective, Optimum, OutOfRange, Sense, Stop, Surrogate, SurrogateAnswer, TradeOff, condition,
 };
 
 /// The reply in words, and the exit status; nothing where no variable was free.
@@ -28,11 +28,15 @@ fn inverse(surrogate: &Surrogate<'_>, free: FreeVariable, found: &Inverse, answe
     let is_bounded = (fitted.low, fitted.high) != (free.low, free.high);
     let (unit, range) = (variable.unit, format!("{} to {} {}", plain(variable.low), plain(variable.high), variable.unit));
     let head = match found {
-        Inverse::Found { smallest, until, .. } => {
-            let whole = if is_bounded { "the end of the bounds" } else { "the end of the fitted range" };
-            let end = if *until == variable.high { whole } else { "where a limit stops it" };
+        Inverse::Found { smallest, until, stops, .. } => {
+            let [low, high] = stops.map(|stop| match stop {
+                Stop::Range if is_bounded => "the end of the bounds".to_owned(),
+                Stop::Range => "the end of the fitted range".to_owned(),
+                Stop::NoRows => "beyond which no row was fitted".to_owned(),
+                Stop::Limit(limit) => format!("where '{}' stops it", answer.limits.get(limit).map_or("", |l| &l.name)),
+            });
             format!(
-                "{}: {} {unit} is the smallest acceptable value; acceptable from there to {} {unit}, {end}.\n\n",
+                "{}: acceptable from {} {unit}, {low}, to {} {unit}, {high}.\n\n",
                 variable.name,
                 rounded_up(*smallest, *until, variable.high - variable.low),
                 rounded_down(*smallest, *until, variable.high - variable.low),

@@ -14,11 +14,12 @@ use super::fit::check_ending;
 use super::output::Output;
 use coldplate_base::atomic_file;
 use coldplate_base::error::{Error, Result};
+use coldplate_base::roles;
 use coldplate_jobs::open;
 use coldplate_surrogate::fit::file;
 use coldplate_surrogate::verdict::question::{Question, QuestionReply};
 use coldplate_surrogate::verdict::stream::{self, AnswerForm};
-use coldplate_surrogate::verdict::{Acceptability, Surrogate, stated};
+use coldplate_surrogate::verdict::{Acceptability, Surrogate, outside_of_given, stated};
 
 /// Arguments of `coldplate query`.
 #[derive(Debug, clap::Args)]
@@ -94,7 +95,11 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let reply = question.ask(&surrogate)?;
     let (text, status) = match &reply {
         QuestionReply::At(answer) => (text::text(&surrogate, answer), status(answer.verdict)),
-        QuestionReply::Indices(found) => (text::of_indices(&surrogate, &question.condition, found), 0),
+        QuestionReply::Indices(found) => {
+            let outside = outside_of_given(&surrogate, &question.condition)?;
+            let told: String = outside.iter().map(text::outside_sentence).collect();
+            (text::of_indices(&surrogate, &question.condition, found) + &told, if outside.is_empty() { 0 } else { 3 })
+        }
         open => free::told(&surrogate, open),
     };
     out.report(&text, &reply.record(&surrogate));
@@ -118,6 +123,7 @@ fn status(verdict: Acceptability) -> u8 {
 fn many(surrogate: &Surrogate<'_>, csv: &Path, given: &[(String, String)], args: &Args, out: Output) -> Result<u8> {
     let open = || File::open(csv).map(BufReader::new).map_err(|e| Error::file("read", csv, e));
     // A mistake shows before the first answer; only a pipe, which can be read once, is answered up to its mistake.
+    roles::reads(csv)?;
     let is_file = std::fs::metadata(csv).is_ok_and(|m| m.is_file());
     let total = if is_file { Some(stream::check(surrogate, open()?, given).map_err(|e| e.in_file(csv))?) } else { None };
     let form =

@@ -5,7 +5,7 @@ use coldplate_base::numbers::{compact, significant};
 use coldplate_surrogate::fit::model::{HeldSpec, MOVED};
 use coldplate_surrogate::verdict::indices::{QuantityIndices, SobolIndices};
 use coldplate_surrogate::verdict::{
-    Acceptability, ChanceAnswer, LimitAnswer, OutOfRange, Surrogate, SurrogateAnswer, TellingReading, Temperature,
+    Acceptability, Beside, ChanceAnswer, LimitAnswer, OutOfRange, Surrogate, SurrogateAnswer, TellingReading, Temperature,
 };
 
 /// Least share of a variance that is shown, dimensionless. Chosen: smaller ones decide nothing.
@@ -43,7 +43,8 @@ pub(super) fn text(surrogate: &Surrogate<'_>, answer: &SurrogateAnswer) -> Strin
                 let digits = decimals(answer, (l.high - l.low) / 2.0);
                 let shown = |value: f64| format!("{value:.digits$}");
                 let band = format!("{} to {}", shown(l.low), shown(l.high));
-                let kept = l.probability.map(percent);
+                // Outside the fitted range no probability is known.
+                let kept = l.probability.map(|p| if answer.in_domain { percent(p) } else { "unknown".into() });
                 let maximum = if answer.chance.is_some() { plain(l.limit) } else { fixed(l.limit) };
                 let cells = [l.name.clone(), shown(l.value), band, maximum, l.unit.clone(), shown(l.margin), l.margin_unit.clone()];
                 cells.into_iter().chain(kept).chain([mark(i).into()]).collect()
@@ -110,7 +111,16 @@ fn reasons(chance: &ChanceAnswer) -> String {
 
 /// A variable outside the fitted range.
 pub(super) fn outside_sentence(outside: &OutOfRange) -> String {
-    let OutOfRange { name, unit, value, low, high } = outside;
+    let OutOfRange { name, unit, value, low, high, beside } = outside;
+    if let Some(Beside { name: other, unit: its_unit, value: its_value }) = beside {
+        return format!(
+            "{name} = {} {unit} lies where no row was fitted: beside {other} = {} {its_unit} rows are at {} to {} {unit}.\n",
+            plain(*value),
+            plain(*its_value),
+            significant(*low, 4),
+            significant(*high, 4)
+        );
+    }
     if low == high {
         return format!("{name} = {value} {unit} is not the {low} {unit} at which it was held when the surrogate was made.\n");
     }

@@ -102,6 +102,11 @@ fn a_reduced_model_says_the_same_between_its_outputs() {
     for needle in ["bound K", ", that of '", "first broken at", " +- "] {
         assert!(text.contains(needle), "{needle}: {text}");
     }
+    // Its bound is not known from a temperature that nothing of the machine has; boiling water is one of them.
+    let hot = run(&model, "1 h", &["--from", "200 degC"]);
+    let said = String::from_utf8_lossy(&hot.stderr).into_owned();
+    assert!(hot.status.code() == Some(2) && said.contains("--from") && said.contains("its error is not known"), "{said}");
+    assert_eq!(run(&model, "1 h", &["--from", "22 degC"]).status.code(), Some(0));
 }
 
 /// What passes in the first stretch behind a corner is met at its time and not at the next output.

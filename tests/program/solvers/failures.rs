@@ -110,3 +110,20 @@ fn trouble_with_files_is_no_failure_of_a_condition() {
     assert_eq!(json(&folder, &["sweep", "sweep.toml", "--out", "out"])["failed"], 0);
     std::fs::remove_dir_all(&folder).unwrap();
 }
+
+/// A file that is shipped to every run and holds a result is no result, until the run writes it.
+#[test]
+fn a_result_that_was_shipped_is_missing() {
+    let folder = folder("shipped");
+    shell(&folder, 3, "", "if [ $x != 500 ]; then echo \"t = $x\" > old.txt; fi");
+    std::fs::write(folder.join("old.txt"), "t = 500\n").unwrap();
+    let sweep = std::fs::read_to_string(folder.join("sweep.toml")).unwrap();
+    let sweep =
+        sweep.replace("files = ['solve.sh']", "files = ['solve.sh', 'old.txt']").replace("[point.t]\n", "[point.t]\nfile = 'old.txt'\n");
+    std::fs::write(folder.join("sweep.toml"), sweep).unwrap();
+    let ran = json(&folder, &["sweep", "sweep.toml", "--out", "out"]);
+    let [failure] = ran["failures"].as_array().unwrap().as_slice() else { panic!("{ran}") };
+    assert!(failure["row"] == 2 && failure["class"] == "result_missing", "{failure}");
+    assert!(failure["reason"].as_str().unwrap().contains("did not write it"), "{failure}");
+    assert_eq!(Table::read(folder.join("out/sweep.csv")).unwrap().column("t").unwrap().values, [0.0, 1000.0]);
+}

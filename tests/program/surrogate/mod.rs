@@ -5,6 +5,7 @@ mod held;
 mod mesh;
 mod query;
 mod stream;
+mod update;
 
 fn fixture(name: &str) -> std::path::PathBuf {
     coldplate_testing::root().join("crates/runtime/fixtures").join(name)

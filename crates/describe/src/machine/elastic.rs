@@ -68,10 +68,17 @@ impl JointKind {
     }
 }
 
+/// Temperatures at which a machine may have no displacement, K. Chosen: from liquid helium to the melting point of steel.
+const REFERENCES: std::ops::Range<f64> = 4.0..1800.0;
+
 /// Reads `[elasticity]` and `[support.NAME]`.
 pub(super) fn elasticity(root: &Section<'_>, index: &Index<'_>) -> Result<Elasticity> {
     let section = root.section_or_empty("elasticity")?;
     let reference = REFERENCE_TEMPERATURE.read(&section)?;
+    if !REFERENCES.contains(&reference) {
+        let error = section.error_at(REFERENCE_TEMPERATURE.name, "no machine is assembled at this temperature");
+        return Err(error.help("20 degC is usual (ISO 1)"));
+    }
     section.finish()?;
     let mut supports = Vec::new();
     for (name, section) in root.sections("support")? {

@@ -15,6 +15,15 @@ const LIBRARY: &str = include_str!("../../data/fluids.toml");
 /// Every liquid beside water that a circuit may name; the file's own come first.
 pub(super) struct Fluids(Vec<Arc<FluidTable>>);
 
+/// Densities of coolants, kg/m³. Chosen, with the ranges below, to catch a wrong unit: from hot gases under vacuum to mercury.
+const DENSITIES: (f64, f64) = (1e-3, 2e4);
+/// Specific heats, J/(kg K): from metals to hydrogen.
+const SPECIFIC_HEATS: (f64, f64) = (50.0, 2e4);
+/// Viscosities, Pa s: from cold gases to resins.
+const VISCOSITIES: (f64, f64) = (1e-7, 1e3);
+/// Conductivities, W/(m K): from heavy gases to liquid metals.
+const CONDUCTIVITIES: (f64, f64) = (1e-3, 1e3);
+
 impl Fluids {
     /// Reads `[fluid.NAME]` and the library.
     pub fn read(root: &Section<'_>) -> Result<Self> {
@@ -94,6 +103,21 @@ fn fluid(name: String, section: Section<'_>) -> Result<FluidTable> {
         conductivity: curve("conductivity", Dimension::CONDUCTIVITY)?,
         name,
     };
+    for (key, curve, (least, most), example) in [
+        ("density", &found.density, DENSITIES, "water has 998 kg/m3"),
+        ("specific_heat", &found.specific_heat, SPECIFIC_HEATS, "water has 4184 J/(kg K)"),
+        ("viscosity", &found.viscosity, VISCOSITIES, "water has 1e-3 Pa s"),
+        ("conductivity", &found.conductivity, CONDUCTIVITIES, "water has 0.6 W/(m K)"),
+    ] {
+        let is_odd = |value: f64| !(least..=most).contains(&value);
+        let odd = match curve {
+            PropertyCurve::Constant(value) => is_odd(*value),
+            PropertyCurve::Points(points) => points.iter().any(|point| is_odd(point.value)),
+        };
+        if odd {
+            return Err(section.error_at(key, format!("no coolant has this {}", key.replace('_', " "))).help(example));
+        }
+    }
     let (low, high) = found.range();
     if low >= high {
         return Err(section.error("the tables of this fluid share no temperatures").help("let all of them reach over the same range"));

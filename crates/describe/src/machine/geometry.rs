@@ -84,8 +84,21 @@ pub(super) fn check_name(name: &str, section: &Section<'_>) -> Result<()> {
     check_length(name, section)
 }
 
-/// Checks that a name fits into a surrogate file: the error shows here, not after a sweep.
+/// Checks that a name fits into a surrogate file, so that the error shows here, not after a sweep; and that it differs
+/// from other names where a reader sees it: no spaces at its ends, no characters without a shape, no accents of their own.
 pub(super) fn check_length(name: &str, section: &Section<'_>) -> Result<()> {
+    let unseen = |c: char| matches!(c, '\u{ad}' | '\u{200b}'..='\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}');
+    // Combining accents of Latin, Greek and Cyrillic letters, which have composed forms.
+    let accent = |c: char| ('\u{300}'..='\u{36f}').contains(&c);
+    let odd = name.chars().find(|c| unseen(*c) || accent(*c));
+    if let Some(odd) = odd.or_else(|| (name.trim() != name).then_some(' ')) {
+        let what = match odd {
+            ' ' => "a name neither begins nor ends with a space".to_string(),
+            odd if accent(odd) => format!("this name has an accent apart from its letter, U+{:04X}", u32::from(odd)),
+            odd => format!("this name has a character that cannot be seen, U+{:04X}", u32::from(odd)),
+        };
+        return Err(section.error(what).read(format!("{name:?}")).help("two names that look alike would be two things: write it anew"));
+    }
     if name.len() <= LONGEST_NAME && !name.chars().any(char::is_control) {
         return Ok(());
     }

@@ -72,18 +72,20 @@ impl Shelf {
     }
 }
 
+/// First words of the source of a material with a base.
+const CHANGED: &str = "changed from ";
+
 /// Reads one material; a key that is not given takes the value of the material named by `base`.
 fn material(name: String, section: Section<'_>, known: &[Material]) -> Result<Material> {
     let base = match section.opt("base") {
         None => None,
         Some(value) => {
             let base = value.text()?;
-            let names: Vec<&str> = known.iter().map(|m| m.name.as_str()).collect();
-            let found = known.iter().find(|m| m.name == base);
-            Some(
-                found
-                    .ok_or_else(|| value.error(format!("there is no material '{base}' before this one")).help(suggestion(&base, &names)))?,
-            )
+            let unknown = || {
+                let names: Vec<&str> = known.iter().map(|m| m.name.as_str()).collect();
+                value.error(format!("there is no material '{base}' before this one")).help(suggestion(&base, &names))
+            };
+            Some(known.iter().find(|m| m.name == base).ok_or_else(unknown)?)
         }
     };
     // A key that is missing takes the base's value; without a base, reading it is the error.
@@ -102,7 +104,11 @@ fn material(name: String, section: Section<'_>, known: &[Material]) -> Result<Ma
     };
     let source = match (section.opt_text("source")?, base) {
         (Some(source), _) => source,
-        (None, Some(base)) => format!("changed from {}: {}", base.name, base.source),
+        (None, Some(base)) => {
+            // Of a chain of bases, the nearest and the source of the first.
+            let first = base.source.strip_prefix(CHANGED).and_then(|rest| rest.split_once(": "));
+            format!("{CHANGED}{}: {}", base.name, first.map_or(base.source.as_str(), |(_, source)| source))
+        }
         (None, None) => String::new(),
     };
     let elastic = elastic(&section, base.map(|base| base.elastic).unwrap_or_default())?;

@@ -15,12 +15,12 @@ use super::keys::{ACCURACY, CELLS, SCHEMA, radiation as keys};
 use super::library::Shelf;
 use super::model::{Assumption, Chamber, Machine};
 use super::names::Index;
-use super::parts::Part;
+use super::parts::{LumpedNode, Part, Place};
 use super::sensors::{limits, measurements, nodes, sensors};
 use super::shape::{distance, overlap};
-use super::sources::sources;
+use super::sources::{Source, sources};
 use super::symbols::Symbols;
-use super::uncertain::{correlations, model_error, shared_factors};
+use super::uncertain::{check_places, correlations, model_error, shared_factors};
 use super::variables::{definitions, drives, formula_or, variables};
 use coldplate_base::document::{Document, Section};
 use coldplate_base::error::Result;
@@ -66,8 +66,9 @@ fn machine(document: &Document) -> Result<Machine> {
     let root = document.root();
     // First, because a misspelt key would otherwise appear as a missing item elsewhere.
     SCHEMA.check(&root)?;
+    check_places(document)?;
     let name = root.text("name")?;
-    check_length(&name, &root).map_err(|_| root.error_at("name", "this is too long for a name").help("255 bytes at most"))?;
+    check_length(&name, &root).map_err(|e| root.error_at("name", e.what()).help("write at most 255 bytes, as they are seen"))?;
     let description = root.opt_text("description")?.unwrap_or_default();
     let mut symbols = Symbols::default();
     for table in ["part", "node", "sensor"] {
@@ -106,6 +107,7 @@ fn machine(document: &Document) -> Result<Machine> {
     let radiation_links = radiation_links(&root, &index)?;
     let enclosures = enclosures(&root, &index, chamber.enclosure, document.file())?;
     let sources = sources(&root, &index, &symbols)?;
+    check_heated(&root, &sources, &nodes)?;
     let mut sensors = sensors(&root, &index)?;
     sensors.extend(displacements(&root, &index, &sensors)?);
     sensors.extend(turned(&root, &sensors)?);
@@ -160,6 +162,22 @@ fn machine(document: &Document) -> Result<Machine> {
     bend_factors(&mut machine, &automatic, &root)?;
     root.finish()?;
     Ok(machine)
+}
+
+/// Refuses heat into nodes that are held at a temperature: it would go nowhere.
+fn check_heated(root: &Section<'_>, sources: &[Source], nodes: &[LumpedNode]) -> Result<()> {
+    for source in sources {
+        let held = source.places.iter().find_map(|heated| match heated.place {
+            Place::Node(n) => nodes.get(n).filter(|node| node.fixed.is_some()),
+            _ => None,
+        });
+        if let Some(node) = held {
+            let what = format!("'{}' is held at its temperature, so heat into it changes nothing", node.name);
+            let section = root.section("source")?.section(&source.name)?;
+            return Err(section.error_at("in", what).help("leave the source out, or the node's temperature"));
+        }
+    }
+    Ok(())
 }
 
 /// Whether anything exchanges heat with the chamber wall.

@@ -63,5 +63,6 @@ pub fn sweep(machine: &Machine, file: &str) -> Result<String> {
         let shown = |si: f64| express(si, &variable.unit, variable.dimension).map(|v| compact(v, 7));
         ranges += &format!("{} = [\"{} {unit}\", \"{} {unit}\"]\n", variable.name, shown(low)?, shown(high)?, unit = variable.unit);
     }
-    Ok(SWEEP.replace("NAME", &machine.name).replace("MACHINE", file).replace("RANGES\n", &format!("{ranges}\n")))
+    let escaped = |text: &str| text.replace('\\', "\\\\").replace('"', "\\\"");
+    Ok(SWEEP.replace("NAME", &escaped(&machine.name)).replace("MACHINE", &escaped(file)).replace("RANGES\n", &format!("{ranges}\n")))
 }

@@ -4,8 +4,13 @@ use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use coldplate_base::error::{Error, Location, Result};
-use coldplate_base::formula::{Formula, FormulaNames};
-use coldplate_base::units::Dimension;
+use coldplate_base::formula::{Formula, FormulaNames, FormulaValues};
+use coldplate_base::units::{Dimension, ZERO_CELSIUS};
+
+/// Temperature at which formulas for temperatures are tried, K: a room at 20 degC.
+const ROOM: f64 = 293.15;
+/// Difference of two temperatures that are about the same, K. Chosen: a sixth of the difference between both scales.
+const ROUGHLY: f64 = 50.0;
 
 /// One slot of a machine's formula names.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,6 +54,8 @@ pub(super) struct Symbols {
     pub(super) definition_slots: Vec<usize>,
     /// Names of parts, nodes and sensors, whose temperatures are no names of formulas.
     pub(super) places: Vec<String>,
+    /// Slots of temperatures in kelvin.
+    pub(super) kelvins: BTreeSet<usize>,
     /// Slots named by the formulas read since the last [`Symbols::take_named`].
     named: Arc<Mutex<BTreeSet<usize>>>,
 }
@@ -65,9 +72,14 @@ impl Symbols {
     /// names affects nothing.
     ///
     /// # Errors
-    /// Errors of [`Formula::parse`].
+    /// Errors of [`Formula::parse`]; a temperature in degC is given a number in K.
     pub(super) fn parse(&self, text: &str, dimension: Dimension, unit: Option<&str>, place: Location) -> Result<Formula> {
         let formula = Formula::parse(text, dimension, unit, &self.names, place).map_err(|error| self.controller(error))?;
+        if dimension == Dimension::TEMPERATURE && unit.is_none() && self.is_in_kelvin(&formula) {
+            return Err(Error::input("a number in K stands where one in degC is meant")
+                .read(text)
+                .help("name the temperature in degC (NAME_degC), or subtract 273.15"));
+        }
         self.named.lock().unwrap_or_else(PoisonError::into_inner).extend(formula.slots());
         Ok(formula)
     }
@@ -86,6 +98,22 @@ impl Symbols {
                     )
             }
         }
+    }
+
+    /// Whether a formula for a temperature in degC gives kelvin: where all temperatures that it names are 20 degC, and all other
+    /// variables zero, it gives about 293 in place of about 20.
+    fn is_in_kelvin(&self, formula: &Formula) -> bool {
+        let is_variable = |slot: usize| self.meanings.get(slot).is_some_and(|meaning| meaning.variable().is_some());
+        if !formula.slots().any(|slot| self.kelvins.contains(&slot)) || !formula.slots().all(is_variable) {
+            return false;
+        }
+        let value = |(slot, meaning): (usize, &Meaning)| match meaning {
+            _ if self.kelvins.contains(&slot) => ROOM,
+            Meaning::InUnit { scale, offset, .. } if *offset != 0.0 => (ROOM - offset) / scale,
+            _ => 0.0,
+        };
+        let values = FormulaValues(self.meanings.iter().enumerate().map(value).collect());
+        formula.evaluate(&values).is_ok_and(|si| (si - ZERO_CELSIUS - ROOM).abs() < ROUGHLY)
     }
 
     /// The slots named by formulas since the last call.

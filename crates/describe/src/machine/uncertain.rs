@@ -1,11 +1,13 @@
 //! Uncertainties stated in a machine file apart from the uncertain numbers themselves: factors shared by several
 //! numbers, correlations, and the model error.
 
+use super::keys::SCHEMA;
 use super::keys::uncertain::{COMMON, GROWTH, KINDS, SENSORS};
 use super::readings::Sensor;
 use super::variables::DescribedVariable;
-use coldplate_base::document::{Section, Value, suggestion};
-use coldplate_base::error::Result;
+use crate::schema::ChangeReach;
+use coldplate_base::document::{Document, Section, Uncertain, Value, suggestion};
+use coldplate_base::error::{Error, Result};
 use coldplate_base::units::{Dimension, Measurand};
 
 /// A kind of numbers that may share a factor.
@@ -80,6 +82,25 @@ pub struct ModelError {
     pub is_stated: bool,
 }
 
+/// Refuses uncertainties of numbers that nothing is computed from: limits, readings, remarks.
+pub(super) fn check_places(document: &Document) -> Result<()> {
+    for Uncertain { key, .. } in document.uncertain() {
+        let names = Document::names_in(&key).unwrap_or_default();
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let is_report = SCHEMA.find(&names).is_some_and(|found| found.key.reach == ChangeReach::Report);
+        if is_report {
+            let own = match names.first() {
+                Some(&"limit") => "a verdict takes a limit as exact, and counts the uncertainty of the machine under it",
+                _ => "nothing that is solved follows from this number",
+            };
+            return Err(Error::input(format!("this uncertainty has no effect: {own}"))
+                .at_key(&key)
+                .help("write the number alone; for a limit, the value that must not be exceeded"));
+        }
+    }
+    Ok(())
+}
+
 /// Reads `[uncertain.NAME]`.
 pub(super) fn shared_factors(root: &Section<'_>) -> Result<Vec<SharedFactor>> {
     let mut found = Vec::new();
@@ -100,7 +121,14 @@ pub(super) fn shared_factors(root: &Section<'_>) -> Result<Vec<SharedFactor>> {
         let deviation = match kind {
             Some("offset") => section.quantity("offset", Dimension::DIFFERENCE)?,
             Some("deviation") => section.number("deviation")?,
-            Some(_) => section.number("limits")? / 3f64.sqrt(),
+            Some(_) => {
+                let limits = section.number("limits")?;
+                if limits >= 1.0 {
+                    let error = section.error_at("limits", "these limits reach a factor of zero and below");
+                    return Err(error.help("write less than 100 %, for example \"12 %\""));
+                }
+                limits / 3f64.sqrt()
+            }
             None => {
                 return Err(section
                     .error("how uncertain this factor is is missing")

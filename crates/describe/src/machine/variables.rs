@@ -193,7 +193,10 @@ fn add_variable(symbols: &mut Symbols, index: usize, variable: &DescribedVariabl
             continue;
         }
         let (scale, offset) = scale_of(unit, variable.dimension)?;
-        symbols.add(&name, Meaning::InUnit { variable: index, scale, offset })?;
+        let slot = symbols.add(&name, Meaning::InUnit { variable: index, scale, offset })?;
+        if unit == "K" && variable.dimension == Dimension::TEMPERATURE {
+            symbols.kelvins.insert(slot);
+        }
     }
     // The standard names, which work whatever unit the file uses for the four variables.
     if let Some(four) = condition::VARIABLES.iter().find(|four| four.name == variable.name && four.unit != variable.unit) {

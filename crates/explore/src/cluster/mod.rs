@@ -211,8 +211,7 @@ impl<'a> Campaign<'a> {
         if !path.exists() {
             return Ok(None);
         }
-        let text = input::text(&path)?;
-        let found = serde_json::from_str(&text).map_err(|e| {
+        let found = serde_json::from_slice(&input::read_back(&path)?).map_err(|e| {
             Error::input(format!("the record of the job cannot be read: {e}")).in_file(&path).help("delete the file once no job of it runs")
         })?;
         Ok(Some(found))

@@ -16,6 +16,8 @@ use coldplate_describe::machine::DescribedVariable;
 
 /// Ending that a template loses in the folder of a run.
 const ENDING: &str = ".template";
+/// Longest time limit of a run, s: a year. Chosen: a guard against typing errors, far below what a clock holds.
+const LONGEST_RUN: f64 = 365.0 * 86400.0;
 /// Most retries that a sweep file may ask for, count. Chosen: a guard against typing errors.
 const MOST_RETRIES: usize = 100;
 
@@ -40,7 +42,11 @@ impl Program {
         let templates = templates(&section, folder, variables)?;
         let files = files(&section, folder)?;
         check_names(&section, &templates, &files)?;
-        let limit = section.opt_positive("time_limit", Dimension::TIME)?.map(Duration::from_secs_f64);
+        let limit = section.opt_positive("time_limit", Dimension::TIME)?;
+        if limit.is_some_and(|seconds| seconds > LONGEST_RUN) {
+            return Err(section.error_at("time_limit", "no run takes more than a year").help("leave the key out for no limit"));
+        }
+        let limit = limit.map(Duration::from_secs_f64);
         let retries = section.opt_integer("retries", 0)?.unwrap_or(0);
         if retries > MOST_RETRIES {
             return Err(section.error_at("retries", format!("more than {MOST_RETRIES} retries")).help("2 is usual"));

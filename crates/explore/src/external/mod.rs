@@ -227,6 +227,7 @@ impl Workshop<'_> {
             std::fs::write(&path, text).map_err(|e| Error::file("write", &path, e))?;
         }
         program.carry(&folder)?;
+        program.readings.iter().try_for_each(|reading| reading.mark_shipped(&folder))?;
         let token: Option<File> = program.licence.as_ref().map(Licence::take).transpose()?;
         let ended = process::run(&inputs.arguments, &folder, &program.folder, program.limit, token);
         if ended.is_err() {

@@ -1,5 +1,6 @@
 //! Places of another program's results in its files.
 
+use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use regex::Regex;
@@ -10,6 +11,9 @@ use coldplate_base::error::{Error, Result};
 use coldplate_base::units::{self, Dimension};
 use coldplate_describe::machine::PointColumn;
 use coldplate_tables::Table;
+
+/// Date of files that lie in the folder of a run before it: the epoch, when no run was.
+const SHIPPED: std::time::SystemTime = std::time::SystemTime::UNIX_EPOCH;
 
 /// A result that is read after a run.
 #[derive(Debug, Clone)]
@@ -67,6 +71,18 @@ impl ResultReading {
         format!("{} {} {} {:?}", self.point.name, self.unit, self.file.display(), self.place)
     }
 
+    /// Dates a file back that lies in the folder before the run, so that a result of an earlier time is known.
+    ///
+    /// # Errors
+    /// The file cannot be changed.
+    pub(super) fn mark_shipped(&self, folder: &Path) -> Result<()> {
+        let path = folder.join(&self.file);
+        match File::open(&path).and_then(|file| file.set_modified(SHIPPED)) {
+            Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(Error::file("write", &path, e)),
+            _ => Ok(()),
+        }
+    }
+
     /// The value after a run in `folder`, in the unit of the point.
     pub(super) fn value(&self, folder: &Path) -> std::result::Result<f64, Failure> {
         let missing = |why: String| Failure::new(Class::ResultMissing, format!("'{}': {why}", self.point.name));
@@ -76,6 +92,9 @@ impl ResultReading {
             std::io::ErrorKind::NotFound => missing(format!("{file} was not written")),
             _ => missing(format!("{file} cannot be read: {e}")),
         })?;
+        if std::fs::metadata(&path).and_then(|about| about.modified()).is_ok_and(|time| time == SHIPPED) {
+            return Err(missing(format!("{file} was there before the run, and the run did not write it")));
+        }
         let text = String::from_utf8_lossy(&bytes);
         let found = match &self.place {
             Place::Column(name, row) => cell(&text, &self.file, name, *row),

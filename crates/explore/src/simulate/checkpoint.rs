@@ -118,7 +118,7 @@ pub(super) fn write(path: &Path, identity: &Identity, state: &TransientState, fr
 /// # Errors
 /// No checkpoint, a damaged one, or one of another run; the message names the difference.
 pub(super) fn read(path: &Path, identity: &Identity, network: &Network, stops: usize) -> Result<(TransientState, Fronts, Observations)> {
-    let bytes = input::read(path)?;
+    let bytes = input::read_back(path)?;
     let begin_anew = "to begin anew, leave out --resume or remove the file";
     if !bytes.starts_with(MAGIC) {
         let what = if bytes.starts_with(b"coldplate checkpoint ") {

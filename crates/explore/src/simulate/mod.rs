@@ -29,7 +29,7 @@ pub use limits::LimitCourse;
 pub use options::SimulateOptions;
 pub use passing::{FirstPassings, Passed, Watch};
 pub use reduced::run_reduced;
-pub use stepped::{Stepper, run_stepped};
+pub use stepped::{Stepper, check_beginning, run_stepped};
 
 /// Largest open share of the energy over a whole run, dimensionless. Chosen, and stated in docs/method/time-steps.md.
 pub(crate) const ENERGY_TOLERANCE: f64 = 1e-8;

@@ -5,6 +5,7 @@ use std::ops::Range;
 use super::full::own_starts;
 use super::limits::Limits;
 use super::recorder::{Recorder, outside};
+use super::stepped::check_beginning;
 use super::stretch::corners;
 use super::{History, SimulateOptions, condition_at, stops};
 use crate::schedule::{Schedule, ScheduleSegment};
@@ -31,6 +32,7 @@ pub fn run_reduced(model: &ReducedModel, schedule: &Schedule, options: &Simulate
             .help("simulate the machine file"));
     }
     let beginning = options.start.of_schedule()?;
+    check_beginning(beginning, || model.temperature_range())?;
     let stops = stops(schedule, options.every)?;
     let mut stretches: Vec<ConditionStretch<'_>> = Vec::new();
     let mut segments: Vec<(ScheduleSegment, Range<usize>)> = Vec::new();

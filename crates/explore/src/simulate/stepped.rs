@@ -8,7 +8,7 @@ use super::stretch::corners;
 use super::{History, SimulateOptions, condition_at, stops};
 use crate::schedule::Schedule;
 use coldplate_base::error::{Error, Result};
-use coldplate_base::units::Measurand;
+use coldplate_base::units::{Measurand, celsius};
 use coldplate_describe::machine::{Condition, MachineLimit};
 use coldplate_reduce::Beginning;
 
@@ -115,6 +115,23 @@ pub fn run_stepped(model: &mut dyn Stepper, schedule: &Schedule, options: &Simul
         notes: outside(schedule, |condition| model.is_inside(condition)).into_iter().collect(),
         ..recorder.history(None, Some(bounds))
     })
+}
+
+/// Refuses to begin a reduced model or a surrogate at one temperature outside the `range` (K) that its bounds are known for.
+///
+/// # Errors
+/// The temperature lies outside; errors of `range`.
+pub fn check_beginning(beginning: Beginning, range: impl FnOnce() -> Result<(f64, f64)>) -> Result<()> {
+    let Beginning::Uniform(temperature) = beginning else { return Ok(()) };
+    let (low, high) = range()?;
+    if (low..=high).contains(&temperature) {
+        return Ok(());
+    }
+    let range = format!("{:.1} to {:.1} degC", celsius(low), celsius(high));
+    Err(Error::input("nothing in the range that this model was made for is at this temperature, so its error is not known from there")
+        .at_key("--from")
+        .read(format!("{:.2} degC", celsius(temperature)))
+        .help(format!("begin at {range}, or simulate the machine file")))
 }
 
 /// Looks ahead over a time (s) with a constant condition, and at every passing in it.

@@ -42,6 +42,7 @@ use std::path::{Path, PathBuf};
 use crate::external::Class;
 use crate::numerics;
 use coldplate_base::error::{Error, Result};
+use coldplate_base::roles;
 use coldplate_tables::{Column, Table, TextColumn};
 use journal::{ConditionOutcome, Header, Journal};
 
@@ -225,6 +226,10 @@ fn execute_by(
     grow: &mut Grow<'_>,
     remark: &Remark<'_>,
 ) -> Result<Swept> {
+    // Before the work: no table is to replace one that the sweep was read from.
+    for (name, extension) in TABLES.iter().flat_map(|name| [(name, "csv"), (name, "parquet")]) {
+        roles::may_write(&folder.join(name).with_extension(extension)).map_err(|e| e.at_key("--out"))?;
+    }
     std::fs::create_dir_all(folder).map_err(|e| Error::file("make", folder, e).at_key("--out"))?;
     let mut journal = Journal::open(&folder.join(JOURNAL), &header(plan, subject))?;
     let resumed = journal.outcomes().iter().flatten().count();
@@ -305,17 +310,14 @@ fn completed(
     }
 }
 
+/// Tables that a sweep writes, without their endings.
+const TABLES: [&str; 5] = ["sweep", "slopes", "validation", "followed", "bounds"];
+
 impl Swept {
     /// Writes the tables, each as CSV and as Parquet, and removes those of an earlier run that this one does not have.
     fn write_tables(&mut self, folder: &Path) -> Result<()> {
-        let tables = [
-            ("sweep", Some(&self.table)),
-            ("slopes", self.slopes.as_ref()),
-            ("validation", self.validation.as_ref()),
-            ("followed", self.followed.as_ref()),
-            ("bounds", self.bounds.as_ref()),
-        ];
-        for (name, table) in tables {
+        let tables = [Some(&self.table), self.slopes.as_ref(), self.validation.as_ref(), self.followed.as_ref(), self.bounds.as_ref()];
+        for (name, table) in TABLES.iter().zip(tables) {
             for extension in ["csv", "parquet"] {
                 let path = folder.join(name).with_extension(extension);
                 let Some(table) = table else {
@@ -373,8 +375,8 @@ fn failures_of(plan: &Plan, outcomes: &[ConditionOutcome]) -> Vec<FailedConditio
 /// Identity of the results: everything that they depend on.
 fn identity(plan: &Plan, subject: &SweepSubject) -> Vec<(String, String)> {
     let (hashed, by) = match &subject.by {
-        SolvedBy::Mesh(mesh) => ("machine hash", ("mesh", mesh.clone())),
-        SolvedBy::Program { name, .. } => ("solver hash", ("solver", name.clone())),
+        SolvedBy::Mesh(mesh) => (MACHINE_HASH, ("mesh", mesh.clone())),
+        SolvedBy::Program { name, .. } => (SOLVER_HASH, ("solver", name.clone())),
     };
     let pairs =
         [("program", format!("coldplate {}", env!("CARGO_PKG_VERSION"))), (hashed, subject.hash.clone()), by, ("design hash", plan.hash())];
@@ -433,6 +435,10 @@ fn tabulated(
     Table { texts, columns, inputs: plan.variables.len(), provenance }
 }
 
+/// Key of the provenance: hash of the machine that the outputs are those of.
+pub const MACHINE_HASH: &str = "machine hash";
+/// Key of the provenance: hash of the program, its files and its templates, that the outputs are by.
+pub const SOLVER_HASH: &str = "solver hash";
 /// Key of the provenance of a table whose outputs are no results.
 pub const RECOVERED: &str = "recovered";
 

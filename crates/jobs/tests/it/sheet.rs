@@ -42,6 +42,8 @@ fn bytes() -> Vec<u8> {
         uncertainty: None,
         followed: None,
         in_time: None,
+        empty_corners: vec![],
+        readings: vec![],
         provenance: Vec::new(),
     };
     encode(&surrogate).unwrap()

@@ -9,6 +9,15 @@ use coldplate_base::error::{Error, Result};
 use coldplate_describe::machine::{Bonded, ContactLaw, Face, Place, Side};
 use std::f64::consts::TAU;
 
+/// Largest area of a joint as a multiple of the faces that it joins, dimensionless. Chosen: teeth and fins double a face a
+/// few times, a wrong unit makes it a hundred times and more.
+const LARGEST_SHARE: f64 = 10.0;
+
+fn too_large(share: f64) -> Error {
+    Error::input(format!("this area is {share:.0} times that of the faces it joins"))
+        .help("look at its unit; of a joint with a known conductance in W/K, state total_conductance")
+}
+
 impl Builder<'_> {
     /// The contact of the machine file that covers an interface, and whether the other way round.
     fn covering(&self, interface: &TouchingFaces) -> Option<(usize, bool)> {
@@ -72,6 +81,9 @@ impl Builder<'_> {
             let true_area: f64 = list.iter().map(|crossing| crossing.area).sum();
             let stated = contact.area.filter(|_| !contact.law.is_total());
             let scale = stated.map_or(1.0, |stated| stated / true_area);
+            if scale > LARGEST_SHARE {
+                return Err(too_large(scale).at_line(contact.line).at_key(format!("contact.{}.area", contact.name)));
+            }
             let names = contact.between.map(|p| self.place_name(p));
             self.group(Some(index), contact.name.clone(), contact.law.clone(), names, true_area, scale, list);
         }
@@ -191,6 +203,14 @@ impl Builder<'_> {
                 .help("name a face that is not covered by another part"));
         }
         let factor = area.map_or(1.0, |a| a / total);
+        // The open part of a face may be small; the whole face bounds what can be joined to it.
+        if factor > LARGEST_SHARE {
+            let whole: f64 = self.gather(&faces, false).iter().map(|foot| foot.1).sum();
+            let share = factor * total / whole.max(total);
+            if share > LARGEST_SHARE {
+                return Err(too_large(share).at_key(key));
+            }
+        }
         for foot in &mut cells {
             foot.1 *= factor;
         }
@@ -258,6 +278,9 @@ impl Builder<'_> {
             let own = [0, 1].map(|i| sides[i].iter().map(|f| f.1).sum::<f64>());
             let smaller = own.iter().copied().filter(|a| *a > 0.0).fold(f64::INFINITY, f64::min);
             let area = contact.area.unwrap_or(smaller);
+            if area > LARGEST_SHARE * smaller && !contact.law.is_total() {
+                return Err(too_large(area / smaller).at_line(contact.line).at_key(format!("{key}.area")));
+            }
             // The area that the contact covers no longer sees the chamber.
             for (place, own) in contact.between.iter().zip(own) {
                 if let (Place::Face(face), Some(covered)) = (place, contact.area) {

@@ -9,7 +9,7 @@ use crate::balance::{ContactFlow, contact_flows};
 use crate::reachability::ConnectedPieces;
 use coldplate_base::error::Result;
 use coldplate_base::units::{Celsius, Kelvin};
-use coldplate_describe::machine::{Condition, LumpedNode, Machine, Part, Source};
+use coldplate_describe::machine::{BoundaryLaw, Condition, LumpedNode, Machine, Part, Source};
 use coldplate_network::{ContactGroup, Load};
 
 /// Parts, contacts, channels and sources of a model, and warnings about them.
@@ -152,6 +152,7 @@ pub fn inventory(model: &MeshedMachine, condition: Option<&Condition>) -> Result
     list_imports(model, &mut found);
     list_channels(model, load.as_ref(), &mut found)?;
     found.warnings.extend(super::boundaries::doubled(machine));
+    warn_about_gas(machine, &mut found);
     warn_about_areas(model, &mut found);
     warn_about_contacts(model, &mut found);
     warn_about_sources(machine, &mut found);
@@ -280,6 +281,21 @@ impl MeshedMachine {
 }
 
 /// A flux over one area and a contact over another: the classic way to misread a conductance.
+/// Largest pressure of a chamber whose gas only conducts, Pa. Chosen: over 0.1 m between walls 20 K apart, air of a tenth of an
+/// atmosphere has a Rayleigh number of about 2e4, and its motion carries twice what it conducts.
+const STILL_GAS: f64 = 1e4;
+
+fn warn_about_gas(machine: &Machine, found: &mut Inventory) {
+    let moves = machine.boundaries.iter().any(|b| matches!(b.law, BoundaryLaw::FreeConvection(..) | BoundaryLaw::Film(..)));
+    if machine.chamber.pressure > STILL_GAS && !moves {
+        found.warnings.push(format!(
+            "the chamber holds gas of {:.3} bar, which is taken to conduct alone: give the outer faces a [boundary] with free_convection, \
+             or a film",
+            machine.chamber.pressure / 1e5
+        ));
+    }
+}
+
 fn warn_about_areas(model: &MeshedMachine, found: &mut Inventory) {
     for part in &model.machine.parts {
         let Some(stated) = part.stated_flux_area else { continue };

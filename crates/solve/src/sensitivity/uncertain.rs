@@ -5,6 +5,7 @@ use crate::study::{MachineParameter, ParameterKind, Study};
 use coldplate_base::document::{StatedSpread, Uncertain};
 use coldplate_base::error::{Error, Result};
 use coldplate_base::units::{Dimension, parse};
+use coldplate_describe::machine::Machine;
 
 /// A number of a machine file that is uncertain.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,9 +36,41 @@ impl Study {
     /// The numbers that the file states as uncertain, in its order.
     ///
     /// # Errors
-    /// A number stated as uncertain cannot vary continuously, or its deviation is not positive or has another dimension.
+    /// A number stated as uncertain cannot vary continuously, its deviation is not positive or has another dimension, or its
+    /// limits (one standard deviation where none are stated) are values that the machine cannot have.
     pub fn uncertain(&self) -> Result<Vec<UncertainNumber>> {
-        self.document().uncertain().iter().map(|own| self.uncertain_number(own)).collect()
+        let found = self.document().uncertain().iter().map(|own| self.uncertain_number(own)).collect::<Result<Vec<_>>>()?;
+        for side in [-1.0, 1.0] {
+            self.check_ends(&found, side)?;
+        }
+        Ok(found)
+    }
+
+    /// Reads the machine with each uncertain number at one end of its uncertainty.
+    fn check_ends(&self, numbers: &[UncertainNumber], side: f64) -> Result<()> {
+        let mut document = self.document().clone();
+        for UncertainNumber { parameter, deviation, limits } in numbers {
+            let end = match limits {
+                Some((low, high)) => {
+                    if side < 0.0 {
+                        *low
+                    } else {
+                        *high
+                    }
+                }
+                None => parameter.value + side * deviation,
+            };
+            if let Some((key, value)) = parameter.to_set(end, &self.model.machine)? {
+                document.apply_set(&key, &value)?;
+            }
+        }
+        let Err(error) = Machine::from_document(&document) else { return Ok(()) };
+        // Another place is refused for several numbers together, which no machine need have at once.
+        let key = error.location().key.as_deref().unwrap_or_default();
+        let own = numbers.iter().map(|own| own.parameter.name.as_str()).find(|name| key.ends_with(name));
+        let Some(name) = own else { return Ok(()) };
+        let what = format!("the uncertainty of this number reaches values that it cannot have: {}", error.what());
+        Err(Error::input(what).at_key(name).in_file(self.document().file()).help("state a narrower one, or limits: \"LOW .. HIGH UNIT\""))
     }
 
     fn uncertain_number(&self, Uncertain { key, spread }: &Uncertain) -> Result<UncertainNumber> {

@@ -7,6 +7,7 @@ use std::path::Path;
 use coldplate_runtime as runtime;
 use runtime::format;
 
+use super::corners;
 use super::followed::section as section_of_followed;
 use super::in_time::section as section_of_time;
 use super::model::{
@@ -110,6 +111,8 @@ pub fn decode(bytes: &[u8]) -> Result<SurrogateSpec> {
         uncertainty: file.uncertainty().map(|own| UncertaintySpec::of(&own)),
         followed: section_of_followed::read(file.followed(), counts)?,
         in_time: section_of_time::read(&file),
+        empty_corners: file.empty_corners().collect(),
+        readings: file.readings().to_vec(),
         provenance: file.provenance().map(|(key, value)| (key.to_owned(), value.to_owned())).collect(),
     })
 }
@@ -374,6 +377,9 @@ fn sections(surrogate: &SurrogateSpec, tests: &[Vec<f64>], steps: &[Vec<f64>], b
         count += 1;
         section(&mut sections, before, tag, &content)
     };
+    if !surrogate.empty_corners.is_empty() {
+        add(format::CORNERS, corners::section(&surrogate.empty_corners))?;
+    }
     if !surrogate.held.is_empty() {
         add(format::HELD, held(&surrogate.held)?)?;
     }
@@ -385,6 +391,9 @@ fn sections(surrogate: &SurrogateSpec, tests: &[Vec<f64>], steps: &[Vec<f64>], b
     }
     if !surrogate.mesh.is_empty() {
         add(format::MESH, surrogate.mesh.iter().flat_map(|half| half.to_le_bytes()).collect())?;
+    }
+    if !surrogate.readings.is_empty() {
+        add(format::READINGS, surrogate.readings.concat())?;
     }
     if let Some(in_time) = &surrogate.in_time {
         add(format::IN_TIME, section_of_time::content(in_time, surrogate, steps)?)?;

@@ -5,6 +5,7 @@
 //! and the residuals of that cross-validation give the band. [`one_factor`] makes the one-variable formulas of the paper.
 //! The module sees tables only, never the solver that may have made them.
 
+mod corners;
 pub mod dense;
 pub mod double_double;
 pub mod evaluate;

@@ -152,6 +152,8 @@ pub struct UncertaintySpec {
     pub states: Option<StateDistribution>,
 }
 
+/// Key in the provenance, before its name, of a variable with a default; the text is the value with its unit.
+pub const DEFAULT: &str = "default ";
 /// Key in the provenance, before its name, of a held variable that was moved; the text says from where.
 pub const MOVED: &str = "moved ";
 
@@ -259,6 +261,10 @@ pub struct SurrogateSpec {
     pub followed: Option<FollowedSpec>,
     /// How the machine moves over time, if it was fitted.
     pub in_time: Option<InTimeSpec>,
+    /// Corners of the fitted ranges that no row lies in.
+    pub empty_corners: Vec<coldplate_runtime::EmptyCorner>,
+    /// Marks of the readings that the states were learnt from.
+    pub readings: Vec<[u8; 8]>,
     /// Provenance: key and value, both text.
     pub provenance: Vec<(String, String)>,
 }

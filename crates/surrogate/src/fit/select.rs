@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::corners;
 use super::evaluate::evaluate;
 use super::group::{Dictionary, OutputGroup};
 use super::least_squares::max_abs;
@@ -47,6 +48,10 @@ pub fn fit_heard(samples: &FitSamples, options: &FitOptions, progress: &dyn Prog
     for (variable, _) in samples.variables.iter().zip(&active).filter(|(_, active)| !**active) {
         notes.push(format!("{} does not vary (always {} {}): the fit leaves it out", variable.name, variable.low, variable.unit));
     }
+    let empty_corners = corners::empty(&samples.variables, &samples.rows);
+    if !empty_corners.is_empty() {
+        notes.push(corners::sentence(&samples.variables, &empty_corners));
+    }
     // Outputs present on the same rows share their length scales and are treated together.
     let mut groups: BTreeMap<Vec<usize>, Vec<usize>> = BTreeMap::new();
     for (o, output) in samples.outputs.iter().enumerate() {
@@ -63,7 +68,7 @@ pub fn fit_heard(samples: &FitSamples, options: &FitOptions, progress: &dyn Prog
         }
         groups.entry(rows).or_default().push(o);
     }
-    let mut surrogate = SurrogateSpec { variables: samples.variables.clone(), ..SurrogateSpec::default() };
+    let mut surrogate = SurrogateSpec { variables: samples.variables.clone(), empty_corners, ..SurrogateSpec::default() };
     let mut found: Vec<Option<(PointModel, PointReport)>> = vec![None; samples.outputs.len()];
     let many = groups.len();
     for (rows, outputs) in groups {

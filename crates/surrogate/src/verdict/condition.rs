@@ -5,6 +5,7 @@
 
 use coldplate_runtime::{Held, Surrogate, Variable};
 
+use crate::fit::model::DEFAULT;
 use coldplate_base::condition;
 use coldplate_base::error::{Error, Result, did_you_mean};
 use coldplate_base::units::{self, Dimension};
@@ -46,7 +47,8 @@ pub fn partial(surrogate: &Surrogate<'_>, given: &[(String, String)]) -> Result<
     Ok(x)
 }
 
-/// The condition, if no variable is missing; held ones take the value they were held at.
+/// The condition, if no variable is missing; held ones take the value they were held at, others the default of the machine file
+/// that the surrogate carries.
 ///
 /// # Errors
 /// A variable is missing; the error names every one.
@@ -55,6 +57,10 @@ pub fn complete(surrogate: &Surrogate<'_>, mut x: Vec<Option<f64>>) -> Result<Ve
     x.resize(count + surrogate.held().count(), None);
     let (varied, held) = x.split_at_mut(count);
     held.iter_mut().zip(surrogate.held()).for_each(|(x, held)| *x = x.or(Some(held.value)));
+    for (x, variable) in varied.iter_mut().zip(surrogate.variables()).filter(|(x, _)| x.is_none()) {
+        let default = surrogate.provenance().find(|(key, _)| key.strip_prefix(DEFAULT) == Some(variable.name));
+        *x = default.map(|(_, text)| value_of(&variable, text)).transpose()?;
+    }
     let missing: Vec<Variable<'_>> = varied.iter().zip(surrogate.variables()).filter(|(x, _)| x.is_none()).map(|(_, v)| v).collect();
     if !missing.is_empty() {
         let names: Vec<String> = missing.iter().map(|v| format!("'{}'", v.name)).collect();

@@ -9,8 +9,19 @@
 use coldplate_runtime::{CONFIDENCE, Surrogate};
 
 use super::slack::Slack;
-use super::{OutOfRange, SurrogateAnswer, condition, query_at};
+use super::{OutOfRange, SurrogateAnswer, condition, outside_besides, query_at};
 use coldplate_base::error::{Error, Result};
+
+/// Reason why an interval of acceptable values ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stop {
+    /// The fitted range, or the bounds that were stated, end there.
+    Range,
+    /// The limit of this index is no longer kept for sure.
+    Limit(usize),
+    /// No row of the fit lies beyond.
+    NoRows,
+}
 
 /// Number of intervals of the scan over the fitted range. Chosen: twelve, the highest degree of a polynomial, would
 /// resolve one; radial functions have at most some tens of centres along one axis.
@@ -27,6 +38,8 @@ pub enum Inverse {
         smallest: f64,
         /// Every value from `smallest` to this one is acceptable.
         until: f64,
+        /// What stops it at both ends.
+        stops: [Stop; 2],
         /// The answer at `smallest`.
         answer: SurrogateAnswer,
     },
@@ -84,7 +97,7 @@ pub fn free_within(surrogate: &Surrogate<'_>, x: &[f64], free: usize, bounds: Op
     let (low, high) = (from, to);
     let mut line = Line { judge: Slack::new(surrogate, confidence), x: x.to_vec(), free };
     line.x[free] = low;
-    let missing = query_at(surrogate, &line.x, confidence)?.outside;
+    let missing = outside_besides(surrogate, query_at(surrogate, &line.x, confidence)?.outside, &[free]);
     if !missing.is_empty() {
         return Ok(Inverse::OutsideRange(missing));
     }
@@ -111,8 +124,16 @@ pub fn free_within(surrogate: &Surrogate<'_>, x: &[f64], free: usize, bounds: Op
         Some(pair) => line.edge(pair[1].at, pair[0].at, resolution),
         None => high,
     };
+    let mut stop = |beyond: f64| {
+        if !(low..=high).contains(&beyond) {
+            return Stop::Range;
+        }
+        let (_, limit) = line.slack(beyond);
+        if surrogate.in_domain(&line.x) { Stop::Limit(limit) } else { Stop::NoRows }
+    };
+    let stops = [stop(smallest - 2.0 * resolution), stop(until + 2.0 * resolution)];
     line.x[free] = smallest;
-    Ok(Inverse::Found { smallest, until, answer: query_at(surrogate, &line.x, confidence)? })
+    Ok(Inverse::Found { smallest, until, stops, answer: query_at(surrogate, &line.x, confidence)? })
 }
 
 #[derive(Clone, Copy)]

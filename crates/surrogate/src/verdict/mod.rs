@@ -18,6 +18,7 @@ pub mod condition;
 pub mod indices;
 pub mod instruments;
 pub mod inverse;
+mod learnt_readings;
 pub mod optimum;
 pub mod question;
 pub mod record;
@@ -29,11 +30,11 @@ pub mod update;
 
 pub use coldplate_runtime::{Acceptability, LimitKind, Surrogate};
 pub use condition::condition;
-pub use inverse::{Inverse, free, free_within};
+pub use inverse::{Inverse, Stop, free, free_within};
 pub use optimum::{FreeVariable, Objective, Optimum, Sense, best};
 pub use trade_off::{TradeOff, trade_off};
 
-use coldplate_runtime::{Band, CONFIDENCE, NINETY_FIVE};
+use coldplate_runtime::{Band, CONFIDENCE, EmptyCorner, NINETY_FIVE, Variable};
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -120,6 +121,21 @@ pub struct OutOfRange {
     pub low: f64,
     /// Largest value of the fitted range.
     pub high: f64,
+    /// Value of the other variable that the range belongs to, where rows fill only a part of the ranges of both.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub beside: Option<Beside>,
+}
+
+/// A variable whose value narrows the range of another.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct Beside {
+    /// Name of the variable.
+    #[serde(rename = "variable")]
+    pub name: String,
+    /// Unit of its value.
+    pub unit: String,
+    /// Value that was asked for.
+    pub value: f64,
 }
 
 /// Everything there is to say about one condition.
@@ -276,7 +292,58 @@ fn outside(surrogate: &Surrogate<'_>, x: &[f64], stated: &[f64]) -> Vec<OutOfRan
     let all = condition::variables(surrogate);
     let (varied, held) = all.split_at(surrogate.variable_count().min(x.len()));
     let values = varied.iter().zip(x).chain(held.iter().zip(stated)).filter(|(v, x)| !(v.low..=v.high).contains(*x));
-    values.map(|(v, x)| OutOfRange { name: v.name.to_owned(), unit: v.unit.to_owned(), value: *x, low: v.low, high: v.high }).collect()
+    let of = |(v, x): (&Variable<'_>, &f64)| OutOfRange {
+        name: v.name.to_owned(),
+        unit: v.unit.to_owned(),
+        value: *x,
+        low: v.low,
+        high: v.high,
+        beside: None,
+    };
+    values.map(of).chain(in_corners(surrogate, varied, x)).collect()
+}
+
+/// The values outside their ranges that stay there whatever values the variables `free` take.
+fn outside_besides(surrogate: &Surrogate<'_>, found: Vec<OutOfRange>, free: &[usize]) -> Vec<OutOfRange> {
+    let variables = condition::variables(surrogate);
+    let is_free = |name: &str| free.iter().any(|index| variables.get(*index).is_some_and(|v| v.name == name));
+    let in_corner = |out: &OutOfRange| out.beside.as_ref().is_some_and(|other| is_free(&other.name) || is_free(&out.name));
+    found.into_iter().filter(|out| !in_corner(out)).collect()
+}
+
+/// The given values that lie outside the fitted ranges; others are open.
+///
+/// # Errors
+/// Errors of [`condition::partial`].
+pub fn outside_of_given(surrogate: &Surrogate<'_>, given: &[(String, String)]) -> Result<Vec<OutOfRange>> {
+    let x = condition::partial(surrogate, given)?;
+    let filled = x.iter().zip(condition::variables(surrogate)).map(|(x, v)| x.unwrap_or(f64::midpoint(v.low, v.high)));
+    let filled: Vec<f64> = filled.collect();
+    let (varied, held) = filled.split_at(surrogate.variable_count().min(filled.len()));
+    let is_given = |out: &OutOfRange| given.iter().any(|(name, _)| *name == out.name);
+    Ok(outside(surrogate, varied, held).into_iter().filter(is_given).collect())
+}
+
+/// The variables of `x` that lie in a corner without a row, each with the range that is left to it beside the other.
+fn in_corners(surrogate: &Surrogate<'_>, variables: &[Variable<'_>], x: &[f64]) -> Vec<OutOfRange> {
+    let narrowed = |corner: EmptyCorner| {
+        let [i, j] = corner.variables;
+        let (first, second, a, b) = (variables.get(i)?, variables.get(j)?, x.get(i)?, x.get(j)?);
+        let (mean, half) = (0.5 * (second.low + second.high), 0.5 * (second.high - second.low));
+        let u = (2.0 * a - first.low - first.high) / (first.high - first.low);
+        let left = corner.reach - if corner.is_low[0] { -u } else { u };
+        let (low, high) = if corner.is_low[1] { (mean - half * left, second.high) } else { (second.low, mean + half * left) };
+        let (low, high) = (low.clamp(second.low, second.high), high.clamp(second.low, second.high));
+        (!(low..=high).contains(b)).then(|| OutOfRange {
+            name: second.name.to_owned(),
+            unit: second.unit.to_owned(),
+            value: *b,
+            low,
+            high,
+            beside: Some(Beside { name: first.name.to_owned(), unit: first.unit.to_owned(), value: *a }),
+        })
+    };
+    surrogate.empty_corners().filter_map(narrowed).collect()
 }
 
 /// Unit of the limited quantity.

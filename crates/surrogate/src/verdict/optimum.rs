@@ -11,7 +11,7 @@ use cobyla::{RhoBeg, StopTols, minimize};
 use coldplate_runtime::{Surrogate, Variable};
 
 use super::slack::{Distance, Slack};
-use super::{OutOfRange, SurrogateAnswer, condition, query_at};
+use super::{OutOfRange, SurrogateAnswer, condition, outside_besides, query_at};
 use coldplate_base::error::{Error, Location, Result};
 use coldplate_base::formula::{Formula, FormulaNames, FormulaValues, suffix};
 use coldplate_base::random::Random;
@@ -174,7 +174,8 @@ pub fn best(surrogate: &Surrogate<'_>, x: &[f64], free: &[FreeVariable], objecti
     }
     let mut start = x.to_vec();
     free.iter().for_each(|own| start[own.index] = own.low);
-    let missing = query_at(surrogate, &start, confidence)?.outside;
+    let indices: Vec<usize> = free.iter().map(|own| own.index).collect();
+    let missing = outside_besides(surrogate, query_at(surrogate, &start, confidence)?.outside, &indices);
     if !missing.is_empty() {
         return Ok(Optimum::OutsideRange(missing));
     }

@@ -9,7 +9,7 @@ use super::batch::BatchRow;
 use super::condition;
 use super::trade_off::Exchange;
 use super::{
-    Acceptability, BandParts, ChanceAnswer, FreeVariable, Inverse, LimitAnswer, Objective, Optimum, OutOfRange, Sense, Surrogate,
+    Acceptability, BandParts, ChanceAnswer, FreeVariable, Inverse, LimitAnswer, Objective, Optimum, OutOfRange, Sense, Stop, Surrogate,
     SurrogateAnswer, Temperature,
 };
 use coldplate_base::units::celsius;
@@ -91,6 +91,12 @@ pub struct FreeRecord {
     pub low: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub high: Option<f64>,
+    /// Limit that is no longer kept below `low`; missing where the range ends.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub low_stopped_by: Option<String>,
+    /// Limit that is no longer kept above `high`; missing where the range ends.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub high_stopped_by: Option<String>,
     /// Value that comes closest, if none is acceptable.
     #[serde(flatten)]
     pub nearest: Option<NearestRecord>,
@@ -205,8 +211,13 @@ impl Inverse {
         let free = FreeRecord { variable: variable.name.to_owned(), unit: variable.unit.to_owned(), ..FreeRecord::default() };
         let record = answer.record();
         match self {
-            Self::Found { smallest, until, .. } => {
-                let free = FreeRecord { value: Some(*smallest), low: Some(*smallest), high: Some(*until), ..free };
+            Self::Found { smallest, until, stops, .. } => {
+                let [low_stopped_by, high_stopped_by] = stops.map(|stop| match stop {
+                    Stop::Limit(limit) => answer.limits.get(limit).map(|limit| limit.name.clone()),
+                    Stop::Range | Stop::NoRows => None,
+                });
+                let (low, high) = (Some(*smallest), Some(*until));
+                let free = FreeRecord { value: low, low, high, low_stopped_by, high_stopped_by, ..free };
                 QueryRecord { free: Some(free), ..record }
             }
             Self::Nowhere { best, limit, excess, answer } => {

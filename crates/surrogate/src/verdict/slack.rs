@@ -46,6 +46,10 @@ impl<'a, 'b> Slack<'a, 'b> {
     /// surrogate has uncertainty, it is the probability that all limits are kept, less the one asked for. `x` holds the variables
     /// that varied.
     pub(super) fn at(&mut self, x: &[f64]) -> Distance {
+        // In a corner without a row nothing is acceptable for sure.
+        if !self.surrogate.in_domain(x) {
+            return Distance::unknown(0);
+        }
         if self.surrogate.uncertainty().is_some() {
             return self.chance(x);
         }

@@ -3,7 +3,7 @@
 use coldplate_runtime::Surrogate;
 
 use super::optimum::{FreeVariable, check};
-use super::{Inverse, OutOfRange, condition, free_within, query_at};
+use super::{Inverse, OutOfRange, condition, free_within, outside_besides, query_at};
 use coldplate_base::error::{Error, Result};
 
 /// Number of values of the second variable, from end to end. Chosen: steps of a tenth of the range.
@@ -51,7 +51,7 @@ pub fn trade_off(surrogate: &Surrogate<'_>, x: &[f64], first: FreeVariable, seco
     }
     let mut x = x.to_vec();
     (x[first.index], x[second.index]) = (first.low, second.low);
-    let missing = query_at(surrogate, &x, confidence)?.outside;
+    let missing = outside_besides(surrogate, query_at(surrogate, &x, confidence)?.outside, &[first.index, second.index]);
     if !missing.is_empty() {
         return Ok(TradeOff::OutsideRange(missing));
     }

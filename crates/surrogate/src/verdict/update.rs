@@ -4,6 +4,7 @@ use coldplate_runtime::{LearnError, Point, Reading, Surprise, Surrogate, Variabl
 use serde::Serialize;
 
 use super::instruments::Instruments;
+use super::learnt_readings::LearntReadings;
 use super::{condition, stated};
 use crate::fit::file;
 use coldplate_base::error::{Error, Result, did_you_mean};
@@ -35,6 +36,8 @@ pub struct UpdateRecord {
     pub readings: usize,
     /// Rows outside the fitted range, from which nothing is learnt.
     pub outside: usize,
+    /// Readings that the file has learnt before, from which nothing more is learnt.
+    pub known: usize,
     /// Sum of the squared deviations from the expected readings, each over its variance.
     pub chi_square: f64,
     /// Probability of deviations at least as large from a machine that is as the file says.
@@ -113,10 +116,15 @@ pub fn update(bytes: &[u8], table: &Table, lines: &[usize], instruments: &Instru
     let data = Data::read(&opened, table)?;
     let before = states_of(&opened)?;
     let (mut total, mut outside, mut rows) = (Surprise { chi_square: 0.0, readings: 0 }, 0, Vec::new());
+    let mut marks = LearntReadings::of(&opened);
     let learnt = stated::learnt(bytes, |belief, work| {
         for row in 0..table.rows() {
             let x = data.condition(row);
-            let readings = data.readings(row, |point| instruments.deviation(&opened, &x, point));
+            let mut readings = data.readings(row, |point| instruments.deviation(&opened, &x, point));
+            // Outside the range nothing is learnt, so nothing is marked.
+            if opened.in_domain(&x) {
+                readings.retain(|reading| marks.is_new(&opened, &x, reading));
+            }
             if readings.is_empty() {
                 continue;
             }
@@ -139,11 +147,17 @@ pub fn update(bytes: &[u8], table: &Table, lines: &[usize], instruments: &Instru
         }
         Ok(())
     })?;
+    if total.readings == 0 && marks.known > 0 {
+        return Err(Error::input("the surrogate has learnt these readings before, each of them: nothing is written")
+            .read(format!("{} readings", marks.known))
+            .help("a reading counts once; give new ones, or begin again from the surrogate as it was fitted"));
+    }
     if total.readings == 0 {
         return Err(
             Error::input("there is no reading inside the fitted range of this surrogate").help("`coldplate info SURROGATE` names it")
         );
     }
+    let learnt = marks.written_into(&learnt)?;
     let after = states_of(&file::open(&learnt)?)?;
     let moved = |(k, p): (usize, coldplate_runtime::Parameter<'_>)| {
         let at = |state: &State| (p.value(state.mean), p.deviation * state.deviation);
@@ -161,6 +175,7 @@ pub fn update(bytes: &[u8], table: &Table, lines: &[usize], instruments: &Instru
         rows: table.rows(),
         readings: total.readings,
         outside,
+        known: marks.known,
         chi_square: total.chi_square,
         probability: total.probability(),
         alarm: total.probability() < ALARM,

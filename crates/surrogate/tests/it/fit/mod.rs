@@ -1,6 +1,7 @@
 //! Fits judged by functions that are known: exact recovery, brute-force refitting, held-out errors and coverage.
 
 mod corner;
+mod empty_corners;
 mod held_out;
 mod radial;
 mod small;

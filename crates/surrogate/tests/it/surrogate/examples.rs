@@ -73,6 +73,8 @@ pub fn small() -> SurrogateSpec {
         uncertainty: None,
         followed: None,
         in_time: None,
+        empty_corners: vec![],
+        readings: vec![],
         provenance: vec![("made by".into(), "tests/surrogate/examples.rs".into()), ("noté".into(), String::new())],
     }
 }
@@ -173,6 +175,8 @@ pub fn ten_polynomials() -> SurrogateSpec {
         uncertainty: None,
         followed: None,
         in_time: None,
+        empty_corners: vec![],
+        readings: vec![],
         provenance: vec![("machine".into(), "none".into())],
     }
 }
@@ -235,6 +239,8 @@ pub fn ten_radial(kernel: Kernel, shared: bool) -> SurrogateSpec {
         uncertainty: None,
         followed: None,
         in_time: None,
+        empty_corners: vec![],
+        readings: vec![],
         provenance: vec![("machine".into(), "none".into())],
     }
 }
@@ -286,6 +292,8 @@ pub fn mixed() -> SurrogateSpec {
         uncertainty: None,
         followed: None,
         in_time: None,
+        empty_corners: vec![],
+        readings: vec![],
         provenance: vec![("program".into(), "coldplate".into())],
     }
 }

@@ -20,7 +20,7 @@ fn surrogate(transform: Transform, terms: &[&[u8]], coefficients: &[f64], maximu
 
 fn found(bytes: &[u8]) -> (f64, f64) {
     match free(&open(bytes).unwrap(), &[f64::NAN, 20.0], 0).unwrap() {
-        Inverse::Found { smallest, until, answer } => {
+        Inverse::Found { smallest, until, answer, .. } => {
             assert_eq!(answer.verdict, Acceptability::Acceptable);
             assert_eq!(answer.condition, [smallest, 20.0]);
             (smallest, until)
