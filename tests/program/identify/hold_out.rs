@@ -48,6 +48,7 @@ fn of_logs_the_end_or_blocks() {
         let scored =
             json(&coldplate(&[&["predict", &machine, &log, "--from", "readings", "--hold-out", how, "--json"][..], &changed].concat()));
         assert_eq!(times(scored["readings"].as_array().unwrap()), times(kept));
+        assert!(scored["account"]["notes"].to_string().contains(sentence), "{}", scored["account"]);
         assert!(scored["all"]["rmse_K"].as_f64().unwrap() < 0.05, "{}", scored["all"]);
     }
     let text = identify(&["--hold-out", "20%"]);

@@ -11,6 +11,7 @@ mod from_table;
 mod hold_out;
 mod reading;
 mod repeated_times;
+mod spelling;
 mod thin;
 mod uncertainty;
 pub mod wander;
@@ -110,6 +111,7 @@ impl Data {
     /// Errors of [`Data::read`].
     pub fn from_table(mut table: Table, mut ledger: Ledger, settings: &ReadingSettings, machine: &Machine, source: &str) -> Result<Self> {
         table.read_stamps(&mut ledger, settings.zone.as_deref())?;
+        spelling::settle(&mut table, &mut ledger, machine);
         from_table::read(&table, ledger, settings, machine, source)
     }
 
