@@ -81,7 +81,7 @@ const NO_NUMBER: std::ops::RangeInclusive<f64> = 9.895e37..=9.915e37;
 pub(crate) struct CellNumber {
     /// The value in the unit of the column.
     pub value: f64,
-    /// Its decimal mark.
+    /// Decimal mark of the number.
     pub mark: Option<char>,
     /// Whether the cell has a unit of its own.
     pub has_unit: bool,

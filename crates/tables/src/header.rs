@@ -62,17 +62,17 @@ pub(crate) fn is_header(cells: &[String]) -> bool {
         return false;
     }
     let has_bracket = |cell: &String| split_unit(cell).is_some_and(|(_, _, bracket)| bracket == '[');
-    cells.iter().any(has_bracket) || !cells.iter().any(is_number)
+    cells.iter().any(has_bracket) || !cells.iter().any(|cell| is_number(cell))
 }
 
-fn is_number(cell: &String) -> bool {
+fn is_number(cell: &str) -> bool {
     cell.replace(',', ".").parse::<f64>().is_ok()
 }
 
 /// Whether cells below the header are one themselves: none is a number, and one carries a unit in brackets.
 pub(crate) fn is_other_header(cells: &[String]) -> bool {
     let has_unit = |cell: &String| split_unit(cell).is_some_and(|(_, unit, mark)| matches!(mark, '[' | '(') && spelled(unit).is_some());
-    cells.iter().filter(|cell| !cell.is_empty()).count() > 1 && !cells.iter().any(is_number) && cells.iter().any(has_unit)
+    cells.iter().filter(|cell| !cell.is_empty()).count() > 1 && !cells.iter().any(|cell| is_number(cell)) && cells.iter().any(has_unit)
 }
 
 /// Whether cells can be the units of the columns: all that are filled are units, and one at least is no number.

@@ -43,7 +43,7 @@ impl Statistic {
         let middle = values.len() / 2;
         let own = match self {
             Self::Mean => vec![sum / count],
-            // Of the values as a sample, or as all there are.
+            // Programs take the values as a sample, or as all that there are.
             Self::Deviation => vec![(squares / (count - 1.0)).sqrt(), (squares / count).sqrt()],
             Self::Least => vec![values[0]],
             Self::Largest => vec![values[values.len() - 1]],

@@ -7,7 +7,7 @@ use crate::common::{coldplate, json, message, write};
 
 /// A heater that is switched once, halfway through a log of one row a minute.
 #[test]
-fn a_single_step_is_held_and_every_statement_is_heard() {
+fn a_single_step_is_joined_with_a_word_and_every_statement_is_heard() {
     let folder = scratch("between");
     let machine = SERIES.replace("power = \"30 W\"", "power = \"0.03 * motor_speed_rpm\"").replace("1000 J/K", "60 J/K");
     let machine = write(&folder, "nodes.toml", machine);
@@ -29,7 +29,7 @@ fn a_single_step_is_held_and_every_statement_is_heard() {
     let by_header = |word: &str| text.replace("motor_speed [rpm]", &format!("\"motor_speed [rpm, {word}]\""));
     let (held, joined) = ("held = [\"motor_speed\"]\n", "joined = [\"motor_speed\"]\n");
     for (text, toml, options, is_held, said) in [
-        (text.clone(), None, &[][..], true, "'motor_speed' is held (it has 2 levels"),
+        (text.clone(), None, &[][..], false, "'motor_speed' runs straight (--held motor_speed if it steps)"),
         (text.clone(), None, &["--joined", "motor_speed"], false, "runs straight, as the command line says"),
         (text.clone(), Some(joined), &[], false, "runs straight, as the file beside the data says"),
         (text.clone(), Some(joined), &["--held", "motor_speed"], true, "is held, as the command line says"),
@@ -58,16 +58,4 @@ fn a_single_step_is_held_and_every_statement_is_heard() {
     write(&folder, "log.csv", std::fs::read_to_string(&again).unwrap());
     let output = coldplate(&["predict", &machine, &log, "--from", "22 degC", "--json", "--keep-all", "--held", "motor_speed"]);
     assert!(json(&output)["all"]["rmse_K"].as_f64().unwrap() < 0.01, "{}", message(&output));
-}
-
-/// Few levels of few rows may be the corners of a ramp: joined, with the way to say otherwise.
-#[test]
-fn a_step_between_few_rows_is_joined_with_a_word() {
-    let folder = scratch("between-few");
-    let machine = write(&folder, "nodes.toml", SERIES);
-    let header = "time [s],coolant_flow [L/min],coolant_temperature [degC],motor_speed [rpm],ambient_temperature [degC],motor [degC]";
-    let rows: String = (0..8).map(|r| format!("{},2,20,{},22,30\n", 60 * r, if r < 4 { 2000 } else { 0 })).collect();
-    let log = write(&folder, "log.csv", format!("{header}\n{rows}"));
-    let output = coldplate(&["predict", &machine, &log, "--from", "22 degC", "--keep-all"]);
-    assert!(message(&output).contains("'motor_speed' runs straight (--held motor_speed if it steps)"), "{}", message(&output));
 }

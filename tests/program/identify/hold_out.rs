@@ -27,7 +27,9 @@ fn of_logs_the_end_or_blocks() {
     let ran =
         coldplate(&[&["simulate", &machine, &schedule, "--from", "22 degC", "--every", "60 s", "--out", &log][..], &changed].concat());
     assert_eq!(ran.status.code(), Some(0), "{}", message(&ran));
-    let identify = |more: &[&str]| coldplate(&[&["identify", &machine, &log, "--from", "readings"][..], &FREE, more].concat());
+    let identify = |more: &[&str]| {
+        coldplate(&[&["identify", &machine, &log, "--from", "readings", "--held", "motor_speed"][..], &FREE, more].concat())
+    };
     for (how, sentence) in [("20%", "the last 20 % of the time of each log"), ("every:5", "the last of every 5 blocks")] {
         let output = identify(&["--hold-out", how, "--json"]);
         assert!(message(&output).contains(sentence), "{}", message(&output));
@@ -45,9 +47,12 @@ fn of_logs_the_end_or_blocks() {
         let residual = first["measured_degC"].as_f64().unwrap() - first["after_degC"].as_f64().unwrap();
         assert!((first["residual_K"].as_f64().unwrap() - residual).abs() < 1e-9, "{first}");
         // The same readings, and no others, are scored by `predict`.
-        let scored =
-            json(&coldplate(&[&["predict", &machine, &log, "--from", "readings", "--hold-out", how, "--json"][..], &changed].concat()));
+        let scored = json(&coldplate(
+            &[&["predict", &machine, &log, "--from", "readings", "--held", "motor_speed", "--hold-out", how, "--json"][..], &changed]
+                .concat(),
+        ));
         assert_eq!(times(scored["readings"].as_array().unwrap()), times(kept));
+        assert!(scored["account"]["notes"].to_string().contains(sentence), "{}", scored["account"]);
         assert!(scored["all"]["rmse_K"].as_f64().unwrap() < 0.05, "{}", scored["all"]);
     }
     let text = identify(&["--hold-out", "20%"]);

@@ -195,7 +195,8 @@ impl<'a> Columns<'a> {
         let Measured::Value(value) = values[r] else { return Ok(None) };
         let name = &self.machine.sensors[*sensor].name;
         let is_length = self.machine.sensors[*sensor].measurand() == Measurand::Displacement;
-        if if is_length { value.abs() < FARTHEST } else { (PLAUSIBLE.0..PLAUSIBLE.1).contains(&value) } {
+        let is_plausible = if is_length { value.abs() < FARTHEST } else { (PLAUSIBLE.0..PLAUSIBLE.1).contains(&value) };
+        if is_plausible {
             return Ok(Some(value));
         }
         if is_length {

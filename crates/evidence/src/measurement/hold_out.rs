@@ -173,6 +173,7 @@ impl DividedData {
         let mut divided = Self { fitted, kept, whole, rows, words: String::new() };
         let count = divided.data().count();
         divided.words = format!("held out of the fit: {count} of {} readings, {what}", data.count());
+        [&mut divided.fitted, &mut divided.whole].into_iter().for_each(|data| data.notes.push(divided.words.clone()));
         divided
     }
 

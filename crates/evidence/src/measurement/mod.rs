@@ -12,6 +12,7 @@ mod hold_out;
 mod measured_heats;
 mod reading;
 mod repeated_times;
+mod spelling;
 mod thin;
 mod uncertainty;
 pub mod wander;
@@ -112,6 +113,7 @@ impl Data {
     /// Errors of [`Data::read`].
     pub fn from_table(mut table: Table, mut ledger: Ledger, settings: &ReadingSettings, machine: &Machine, source: &str) -> Result<Self> {
         table.read_stamps(&mut ledger, settings.zone.as_deref())?;
+        spelling::settle(&mut table, &mut ledger, machine);
         from_table::read(&table, ledger, settings, machine, source)
     }
 
@@ -185,8 +187,16 @@ impl Data {
             *rows.entry(&row.test).or_insert(0) += 1;
         }
         let alone = self.rows.iter().find(|row| rows.get(row.test.as_str()).is_some_and(|count| *count == 1));
-        let Some(row) = alone else { return Ok(()) };
-        let error = Error::input(format!("the log '{}' has one row only", row.test)).at_key(TIME);
+        let stands = |row: &&ReadingRow| self.rows.iter().filter(|own| own.test == row.test).all(|own| own.time == row.time);
+        let (row, what) = match alone {
+            Some(row) => (row, format!("the log '{}' has one row only", row.test)),
+            None => {
+                let last = self.tests().into_iter().filter_map(|test| self.rows.iter().rfind(|row| row.test == test));
+                let Some(row) = last.into_iter().find(stands) else { return Ok(()) };
+                (row, format!("all rows of the log '{}' stand at {} s", row.test, row.time.unwrap_or(0.0)))
+            }
+        };
+        let error = Error::input(what).at_key(TIME);
         let error = error.help("a log needs at least two times; without a time column each row is a steady reading");
         Err(match row.line {
             Some(line) => error.at_line(line),

@@ -11,13 +11,6 @@ use coldplate_describe::machine::Machine;
 const MOST_LEVELS: usize = 6;
 /// Fewest rows for each level of a switched condition, a count. Chosen: fewer rows may be the corners of a ramp.
 const ROWS_A_LEVEL: usize = 5;
-/// Fewest rows of every stretch at one level of a condition that steps without coming back, a count. Chosen: twice as many, because
-/// nothing else tells the step from a ramp.
-const ROWS_BESIDE_STEP: usize = 10;
-/// Largest excess of the interval in which such a condition steps over the usual one of the log; dimensionless. Chosen: the clock of
-/// a logger is that even, rows written by hand for a ramp are not.
-const USUAL_INTERVAL: f64 = 0.05;
-
 /// Keys of [`ReadingSettings`] in `DATA.toml`.
 pub(super) const KEYS: [&str; 3] = ["zone", "held", "joined"];
 
@@ -95,7 +88,8 @@ impl ReadingSettings {
     }
 
     /// Whether each variable of the machine is held until the next row of a log, with a sentence for every column that moves.
-    /// `header` has the columns whose header says so. A variable without a statement is held if it is switched ([`levels`]).
+    /// `header` has the columns whose header says so. A variable without a statement is held if it is switched: few levels, of many rows each, one of
+    /// them left and reached again in a test. A single step may as well be a ramp from row to row.
     ///
     /// # Errors
     /// A name that is no variable, or contradicting statements.
@@ -117,13 +111,13 @@ impl ReadingSettings {
             let stated = self.stated(name, header)?;
             let values: Vec<f64> = rows.iter().map(|row| row.condition.si()[v]).collect();
             let levels = levels(&values);
-            let switched = levels.filter(|n| values.len() >= ROWS_A_LEVEL * n && (comes_back(rows, v) || steps(rows, v)));
+            let switched = levels.filter(|n| values.len() >= ROWS_A_LEVEL * n && comes_back(rows, v));
             let is_held = stated.map_or(switched.is_some(), |(held, _)| held);
             if values.iter().any(|value| *value != values[0]) {
                 let course = if is_held { "is held" } else { "runs straight" };
                 let why = match (stated, switched, levels) {
                     (Some((_, by)), ..) => format!(", as {by} says"),
-                    (None, Some(n), _) => format!(" (it has {n} levels and steps from row to row; --joined {name} joins them)"),
+                    (None, Some(n), _) => format!(" (it has {n} levels and comes back to one; --joined {name} joins them)"),
                     (None, None, Some(_)) => format!(" (--held {name} if it steps)"),
                     (None, None, None) => String::new(),
                 };
@@ -169,21 +163,6 @@ fn comes_back(rows: &[ReadingRow], variable: usize) -> bool {
     })
 }
 
-/// Whether a variable goes from level to level between two rows of a logger's even clock, and rests at each for many rows. A ramp
-/// would be caught on its way by one of so many rows, and rows written by hand at its corners are not that many.
-fn steps(rows: &[ReadingRow], variable: usize) -> bool {
-    let all: Vec<&[ReadingRow]> = stretches(rows, variable).collect();
-    let interval = |a: &ReadingRow, b: &ReadingRow| Some(b.time? - a.time?).filter(|_| a.test == b.test);
-    let mut usual: Vec<f64> = rows.windows(2).filter_map(|pair| interval(&pair[0], &pair[1])).filter(|step| *step > 0.0).collect();
-    usual.sort_by(f64::total_cmp);
-    let Some(usual) = usual.get(usual.len() / 2) else { return false };
-    let is_even = |pair: &[&[ReadingRow]]| {
-        let ends = pair[0].last().zip(pair[1].first());
-        ends.and_then(|(a, b)| interval(a, b)).is_none_or(|step| step <= (1.0 + USUAL_INTERVAL) * usual)
-    };
-    all.iter().all(|stretch| stretch.len() >= ROWS_BESIDE_STEP) && all.windows(2).all(is_even)
-}
-
 /// Number of levels of a quantity with few of them, two at least.
 fn levels(values: &[f64]) -> Option<usize> {
     let mut known: Vec<f64> = Vec::new();
@@ -200,8 +179,7 @@ fn levels(values: &[f64]) -> Option<usize> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use coldplate_describe::machine::Condition;
+    use super::levels;
 
     #[test]
     fn a_relay_has_levels_and_a_ramp_has_none() {
@@ -210,30 +188,5 @@ mod tests {
         let ramp: Vec<f64> = (0..40).map(f64::from).collect();
         assert_eq!(levels(&ramp), None);
         assert_eq!(levels(&[1.0; 30]), None);
-    }
-
-    /// A single step of a logger is one; the corners of a schedule, and a ramp with one row on its way, are none.
-    #[test]
-    fn a_single_step_between_many_rows_is_a_step() {
-        let rows = |course: &[(f64, f64)]| -> Vec<ReadingRow> {
-            let row = |(time, value): &(f64, f64)| ReadingRow {
-                test: "log".into(),
-                time: Some(*time),
-                condition: Condition::from_si(vec![*value]),
-                readings: vec![],
-                line: None,
-            };
-            course.iter().map(row).collect()
-        };
-        let level = |r: i32| if r < 15 { 0.0 } else { 60.0 };
-        let even: Vec<(f64, f64)> = (0..40).map(|r| (f64::from(r), level(r))).collect();
-        assert!(steps(&rows(&even), 0));
-        // The row behind the step comes late, as if it were the end of a ramp.
-        let late: Vec<(f64, f64)> = (0..40).map(|r| (f64::from(r) + if r < 15 { 0.0 } else { 3.0 }, level(r))).collect();
-        assert!(!steps(&rows(&late), 0));
-        let mut on_its_way = even.clone();
-        on_its_way[15].1 = 30.0;
-        assert!(!steps(&rows(&on_its_way), 0));
-        assert!(!steps(&rows(&even[8..]), 0), "seven rows at the first level");
     }
 }

@@ -2,8 +2,6 @@
 
 use std::collections::HashMap;
 
-use coldplate_base::numbers::significant;
-
 /// Last digits of clocks, s: milliseconds to minutes.
 const DIGITS: [f64; 5] = [1e-3, 1e-2, 0.1, 1.0, 60.0];
 /// Fewest different times by which the digit of a clock is known, a count. Chosen: fewer may be the corners of a schedule.
@@ -46,7 +44,6 @@ pub(super) fn spread(times: &mut [f64], tests: &[String], is_same: impl Fn(usize
             };
             run.rows.iter().enumerate().for_each(|(k, row)| times[*row] = run.time + digit * (before + k) as f64 / all as f64);
         }
-        let digit = significant(digit, 3);
         told.push(format!("the times of '{test}' repeat: about {usual} rows in each {digit} s, which are spread evenly within it"));
     }
     told
