@@ -43,13 +43,12 @@ fn column_of(source: &Source, machine: &Machine, data: &Data) -> Option<usize> {
         let power = machine.values(condition).and_then(|values| source.power.evaluate(&values));
         power.is_ok_and(|power| (power - condition.si()[v]).abs() <= SAME * power.abs())
     };
-    let is_column = |v: &usize| {
+    let is_column = |v: usize| {
         // One row stands for all, with every other variable moved and with another power.
         let row = data.rows.first()?.condition.si();
-        let moved = row.iter().enumerate().map(|(w, value)| if w == *v { value + 1.0 } else { 1.01 * value }).collect();
-        let holds = is_power(&Condition::from_si(moved), *v) && data.rows.iter().all(|row| is_power(&row.condition, *v));
-        holds.then_some(*v)
+        let moved = row.iter().enumerate().map(|(w, value)| if w == v { value + 1.0 } else { 1.01 * value }).collect();
+        let holds = is_power(&Condition::from_si(moved), v) && data.rows.iter().all(|row| is_power(&row.condition, v));
+        holds.then_some(v)
     };
-    let powers = (0..machine.variables.len()).filter(|v| machine.variables[*v].dimension == Dimension::POWER);
-    powers.into_iter().find_map(|v| is_column(&v))
+    (0..machine.variables.len()).filter(|v| machine.variables[*v].dimension == Dimension::POWER).find_map(is_column)
 }
