@@ -141,7 +141,7 @@ fn least_absolute(columns: &[Vec<f64>], y: &[f64]) -> Option<Vec<f64>> {
     Some(residuals)
 }
 
-/// What is left aside, or reads like another unit than the header says: sentences for the user.
+/// Sentences on columns that are left aside, that read like another unit than their header says, or that contradict themselves.
 ///
 /// # Errors
 /// A column of times: the table is a log.

@@ -7,7 +7,7 @@ use coldplate_tables::Table;
 /// Checks that a table has rows of one machine, by the hashes that tables of sweeps state.
 ///
 /// # Errors
-/// It states hashes of several machines, or of several solvers.
+/// The table states hashes of several machines, or of several solvers.
 pub fn of_one_machine(table: &Table) -> Result<()> {
     for key in [MACHINE_HASH, SOLVER_HASH] {
         let mut all = hashes(table, key);

@@ -38,7 +38,7 @@ pub enum Inverse {
         smallest: f64,
         /// Every value from `smallest` to this one is acceptable.
         until: f64,
-        /// What stops it at both ends.
+        /// Reasons why the interval ends below and above.
         stops: [Stop; 2],
         /// The answer at `smallest`.
         answer: SurrogateAnswer,
