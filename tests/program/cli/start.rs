@@ -91,3 +91,19 @@ fn materials_and_liquids_are_listed_with_their_sources() {
     let none = coldplate(&["materials", "unobtainium"]);
     assert!(status(&none) == 2 && message(&none).contains("unobtainium"), "{}", message(&none));
 }
+
+/// A name with quotes is escaped in the sweep, and two reduced models of one machine have the same bytes.
+#[test]
+fn names_are_escaped_and_reduced_models_repeat() {
+    let folder = crate::common::scratch("start-again");
+    let at = |name: &str| folder.join(name).to_str().unwrap().to_string();
+    assert_eq!(crate::common::coldplate(&["new", &at("a\"b"), "--from", "nodes"]).status.code(), Some(0));
+    let read = crate::common::coldplate(&["info", &at("a\"b_sweep.toml")]);
+    assert_eq!(read.status.code(), Some(0), "{}", crate::common::message(&read));
+    let made = ["1.cpr", "2.cpr"].map(|name| {
+        let made = crate::common::coldplate(&["reduce", "examples/tutorial/machine.toml", "--cells", "600", "--out", &at(name), "--quiet"]);
+        assert_eq!(made.status.code(), Some(0), "{}", crate::common::message(&made));
+        std::fs::read(folder.join(name)).unwrap()
+    });
+    assert_eq!(made[0], made[1]);
+}

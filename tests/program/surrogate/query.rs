@@ -63,3 +63,19 @@ fn a_damaged_file_is_named() {
     let message = folder.query(&[]).1;
     assert!(message.contains("checksum") && message.contains("small.cps"), "{message}");
 }
+
+/// A variable that is left out takes the default of the machine file, as in `solve`; the answer shows it.
+#[test]
+fn defaults_of_the_machine_file_are_carried() {
+    let folder = crate::common::scratch("query-defaults");
+    let table: String = (0..12).map(|i| format!("{},{}\n", 2.0 + 0.5 * f64::from(i), 40.0 - f64::from(i))).collect();
+    std::fs::write(folder.join("t.csv"), format!("coolant_flow [L/min],motor [degC]\n{table}")).unwrap();
+    let [table, file] = ["t.csv", "t.cps"].map(|name| folder.join(name).to_str().unwrap().to_string());
+    let fitted = crate::common::coldplate(&["fit", &table, "--machine", "examples/tutorial/machine.toml", "--out", &file]);
+    assert_eq!(fitted.status.code(), Some(0), "{}", crate::common::message(&fitted));
+    let output = crate::common::coldplate(&["query", &file]);
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.code() == Some(0) && text.starts_with("coolant_flow 4 L/min\n"), "{text}{}", crate::common::message(&output));
+    let answer = crate::common::json(&crate::common::coldplate(&["query", &file, "--json"]));
+    assert!((answer["temperatures"]["motor"]["degC"].as_f64().unwrap() - 36.0).abs() < 0.01, "{answer}");
+}
