@@ -6,11 +6,12 @@ use std::time::Instant;
 use serde::Serialize;
 
 use super::output::Output;
-use super::steady_readings::{clear, notes};
+
 use super::text::table;
 use coldplate_base::error::{Error, Result};
 use coldplate_base::numbers::significant;
 use coldplate_evidence::faulty_readings::{self, Fault, FaultRecord};
+use coldplate_evidence::measured_table::{clear, notes};
 use coldplate_explore::sweep::{MACHINE_HASH, SOLVER_HASH, scope_of};
 use coldplate_jobs::dynamics_fit::with_dynamics;
 use coldplate_jobs::fitting::{self, FitRecord, model_text, unit_of_errors};

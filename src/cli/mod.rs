@@ -30,7 +30,6 @@ mod sensitivity;
 mod serve;
 mod simulate;
 mod solve;
-mod steady_readings;
 mod sweep;
 mod text;
 mod units;

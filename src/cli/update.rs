@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use serde::Serialize;
 
 use super::output::Output;
-use super::steady_readings::impossible;
 use super::text::table;
 use coldplate_base::atomic_file;
 use coldplate_base::error::Result;
@@ -13,6 +12,7 @@ use coldplate_base::numbers::significant;
 use coldplate_base::units::{Dimension, convert, parse};
 use coldplate_describe::machine::Condition;
 use coldplate_evidence::faulty_readings::{self, Fault, FaultRecord};
+use coldplate_evidence::measured_table::impossible;
 use coldplate_evidence::measurement::{Data, ReadingRow};
 use coldplate_jobs::open;
 use coldplate_surrogate::verdict::instruments::Instruments;

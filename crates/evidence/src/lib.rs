@@ -30,6 +30,7 @@ pub mod command_input;
 pub mod discrepancy;
 pub mod faulty_readings;
 pub mod identify;
+pub mod measured_table;
 pub mod measurement;
 pub mod record;
 pub mod residuals;

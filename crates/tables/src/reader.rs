@@ -42,6 +42,9 @@ struct DecimalMarks {
     is_known: bool,
 }
 
+/// Line of an announcement of condition columns, and the number that it announces.
+pub(crate) type Announced = (usize, usize);
+
 /// Takes records into a table.
 pub(crate) struct Reader<'a> {
     layout: &'a Layout,
@@ -49,7 +52,7 @@ pub(crate) struct Reader<'a> {
     kinds: Vec<Kind>,
     pub ledger: Ledger,
     /// Line and number of the announcement of condition columns.
-    inputs: Option<(usize, usize)>,
+    inputs: Option<Announced>,
     marks: DecimalMarks,
     /// Nameless columns that held anything.
     lost: Vec<usize>,
@@ -279,7 +282,7 @@ impl<'a> Reader<'a> {
     ///
     /// # Errors
     /// All commas of the numbers may as well set thousands apart.
-    pub(crate) fn end(mut self) -> Result<(Table, Ledger, Option<(usize, usize)>)> {
+    pub(crate) fn end(mut self) -> Result<(Table, Ledger, Option<Announced>)> {
         self.judge_pending()?;
         // Files with ';' between cells have decimal commas as a rule.
         if let Some((line, header, cell)) = self.marks.open.take().filter(|_| self.layout.delimiter != ';' && !self.marks.is_known) {

@@ -1,19 +1,14 @@
-//! Faulty readings in tables of steady states that no machine file describes.
+//! Tables of readings that no machine file describes: numbers that no machine has, and doubts about columns.
 
+use crate::faulty_readings::Fault;
+use crate::measurement::{Data, ReadingRow};
 use coldplate_base::error::{Error, Result};
 use coldplate_base::units::{Dimension, convert};
 use coldplate_describe::machine::Condition;
-use coldplate_evidence::faulty_readings::{self, Fault};
-use coldplate_evidence::measurement::{Data, ReadingRow};
-use coldplate_surrogate::fit::least_squares::least_squares;
 use coldplate_tables::{Column, Table};
 
 /// Plausible temperatures of a machine, K. Chosen wide: outside lie the numbers that scanners write if a sensor does not answer.
 const PLAUSIBLE: std::ops::Range<f64> = 150.0..1500.0;
-/// Steps of the iteration to the least sum of absolute deviations, a count. Chosen: it settles in fewer.
-const STEPS: usize = 30;
-/// Least standard deviation of the noise that readings are judged by, K. Chosen: a usual temperature sensor.
-const LEAST_NOISE: f64 = 0.1;
 /// Difference of readings at one condition that is said, as a share of the range of the column. Chosen: no instrument's noise.
 const CONTRADICTION: f64 = 0.1;
 /// Least difference that is said, K. Chosen: ten standard deviations of a usual sensor.
@@ -36,9 +31,7 @@ pub fn impossible(data: &Data, shown: &dyn Fn(usize, usize) -> String) -> Vec<Fa
     found
 }
 
-/// Empties the cells of a table of readings, faulty by the tests of `predict`; returns the faults found. In place of a
-/// model stand, for every column, the parabolas over the conditions with the least sum of absolute deviations: a wrong reading
-/// does not move them. With too few rows for them, only impossible temperatures are found.
+/// Empties the cells of a table that hold no temperature of a machine, and returns them.
 ///
 /// # Errors
 /// A temperature whose unit cannot be read.
@@ -61,84 +54,18 @@ pub fn clear(table: &mut Table, lines: &[usize]) -> Result<Vec<Fault>> {
         readings: read.iter().map(|values| Some(values[r]).filter(|v| v.is_finite())).collect(),
         line: lines.get(r).copied(),
     };
-    let mut data = Data {
+    let data = Data {
         source: String::new(),
         sensors: (0..columns.len()).collect(),
         names: columns.iter().map(|c| table.columns[*c].name.clone()).collect(),
         rows: (0..table.rows()).map(row).collect(),
         ..Data::default()
     };
-    let mut found = impossible(&data, &|r, k| format!("{} {}", table.columns[columns[k]].values[r], table.columns[columns[k]].unit));
-    data = faulty_readings::blanked(&data, &found);
-    if let Some((predicted, noise)) = parabolas(table.conditions(), &data) {
-        let mut judged = faulty_readings::find(&data, &predicted, &noise);
-        faulty_readings::without(&data, &mut judged);
-        found.extend(judged);
-    }
-    found.sort_by_key(|fault| *fault.rows.start());
+    let found = impossible(&data, &|r, k| format!("{} {}", table.columns[columns[k]].values[r], table.columns[columns[k]].unit));
     for (r, k) in found.iter().filter(|fault| fault.is_left_out).flat_map(Fault::readings) {
         table.columns[columns[*k]].values[*r] = f64::NAN;
     }
     Ok(found)
-}
-
-/// Values of the parabolas at every reading, K, row by row, and the robust deviation of each column from them, K.
-fn parabolas(conditions: &[Column], data: &Data) -> Option<(Vec<f64>, Vec<f64>)> {
-    let scaled: Vec<Vec<f64>> = conditions.iter().filter_map(scaled).collect();
-    let mut predicted = vec![vec![f64::NAN; data.names.len()]; data.rows.len()];
-    let mut noise = Vec::new();
-    for k in 0..data.names.len() {
-        let rows: Vec<usize> = (0..data.rows.len()).filter(|r| data.rows[*r].readings[k].is_some()).collect();
-        let y: Vec<f64> = rows.iter().filter_map(|r| data.rows[*r].readings[k]).collect();
-        let residuals = least_absolute(&terms(&scaled, &rows), &y)?;
-        for (r, (y, residual)) in rows.iter().zip(y.iter().zip(&residuals)) {
-            predicted[*r][k] = y - residual;
-        }
-        let mut sizes: Vec<f64> = residuals.iter().map(|r| r.abs()).collect();
-        sizes.sort_by(f64::total_cmp);
-        // The median of absolute deviations is 0.6745 standard deviations of a normal distribution.
-        noise.push((sizes[sizes.len() / 2] / 0.6745).max(LEAST_NOISE));
-    }
-    let places = data.rows.iter().zip(predicted).flat_map(|(row, own)| {
-        row.readings.iter().zip(own).filter(|(reading, _)| reading.is_some()).map(|(_, told)| told).collect::<Vec<_>>()
-    });
-    Some((places.collect(), noise))
-}
-
-/// The values of a condition from -1 to 1; nothing if it does not vary.
-fn scaled(column: &Column) -> Option<Vec<f64>> {
-    let (low, high) = column.values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)));
-    (high > low).then(|| column.values.iter().map(|v| (2.0 * v - low - high) / (high - low)).collect())
-}
-
-/// Columns of the parabolas on some rows: one, each condition and its square, and the products of two.
-fn terms(scaled: &[Vec<f64>], rows: &[usize]) -> Vec<Vec<f64>> {
-    let at = |f: &dyn Fn(usize) -> f64| rows.iter().map(|r| f(*r)).collect::<Vec<f64>>();
-    let mut terms = vec![at(&|_| 1.0)];
-    terms.extend(scaled.iter().map(|u| at(&|r| u[r])));
-    for (i, u) in scaled.iter().enumerate() {
-        terms.extend(scaled[i..].iter().map(|v| at(&|r| u[r] * v[r])));
-    }
-    terms
-}
-
-/// Residuals of the solution with the least sum of absolute deviations, by repeated least squares with weights; nothing if
-/// there are fewer than two rows for a column, or the columns depend on each other.
-fn least_absolute(columns: &[Vec<f64>], y: &[f64]) -> Option<Vec<f64>> {
-    if y.len() < 2 * columns.len() {
-        return None;
-    }
-    let mut weights = vec![1.0; y.len()];
-    let mut residuals = y.to_vec();
-    for _ in 0..STEPS {
-        let weighted = |values: &[f64]| values.iter().zip(&weights).map(|(v, w)| v * w).collect::<Vec<f64>>();
-        let solution = least_squares(&columns.iter().map(|c| weighted(c)).collect::<Vec<_>>(), &weighted(y)).ok()?;
-        for (r, residual) in residuals.iter_mut().enumerate() {
-            *residual = y[r] - columns.iter().zip(&solution.coefficients).map(|(column, c)| c * column[r]).sum::<f64>();
-        }
-        weights = residuals.iter().map(|r| r.abs().max(1e-6).powf(-0.5)).collect();
-    }
-    Some(residuals)
 }
 
 /// Sentences on columns that are left aside, that read like another unit than their header says, or that contradict themselves.
