@@ -63,7 +63,7 @@ fn heat_flows(model: &MeshedMachine, state: &SteadyState, mesh: Option<&MeshErro
 
 /// Error of the mesh in heat `k` of the estimates, W.
 fn open_heat(mesh: &MeshErrors, k: usize) -> String {
-    mesh.heats.get(k).map_or_else(String::new, |error| significant(*error, 2))
+    mesh.heats.get(k).map_or_else(String::new, |error| format!("{error:.3}"))
 }
 
 fn limits(model: &MeshedMachine, state: &SteadyState) -> String {
