@@ -108,6 +108,9 @@ const HEADINGS: &[(&str, &[&str])] = &[
             "from",
             "keep_all",
             "every_row",
+            "hold_out",
+            "held",
+            "joined",
         ],
     ),
     (

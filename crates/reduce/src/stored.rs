@@ -1,4 +1,4 @@
-//! The file of a reduced model: the line `COLDPLATE-REDUCED 6`, SHA-256 of the rest, and the rest in postcard's
+//! The file of a reduced model: the line `COLDPLATE-REDUCED 7`, SHA-256 of the rest, and the rest in postcard's
 //! encoding.
 //!
 //! Laws are not stored but read from the machine file's text, which is part of it: materials, contact laws, channels, circuits and
@@ -88,7 +88,7 @@ impl ReducedModel {
     /// First bytes of the file, whatever its version.
     pub const FAMILY: &[u8] = b"COLDPLATE-REDUCED ";
     /// First bytes of the file.
-    pub const MAGIC: &[u8] = b"COLDPLATE-REDUCED 6\n";
+    pub const MAGIC: &[u8] = b"COLDPLATE-REDUCED 7\n";
 
     /// The file's bytes; `document` is the machine file the model was made of.
     ///

@@ -176,7 +176,7 @@ fn the_page_says_what_every_byte_is() {
         let model = reduce(&study, &settings, &Silent).expect("a reduced model");
         let file = model.to_bytes(study.document()).expect("bytes");
         let mut bytes = file.as_slice();
-        assert_eq!(take(&mut bytes, 20), b"COLDPLATE-REDUCED 6\n");
+        assert_eq!(take(&mut bytes, 20), b"COLDPLATE-REDUCED 7\n");
         take(&mut bytes, 32);
         let found = layout.read("model", &mut bytes);
         assert!(bytes.is_empty(), "{machine}: the page says nothing of the last {} bytes", bytes.len());

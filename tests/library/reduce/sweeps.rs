@@ -143,7 +143,7 @@ fn the_bound_goes_into_the_band() {
     let without = coldplate::fit_table(&bare, None, &options).expect("a fit");
     let bounds = swept.bounds.as_ref().expect("bounds");
     let fitted = swept.table.rows();
-    for ((own, bare), column) in fit.surrogate.points.iter().zip(&without.surrogate.points).zip(bounds.outputs()) {
+    for ((own, bare), column) in fit.points.iter().zip(&without.points).zip(bounds.outputs()) {
         let largest = column.values[..fitted].iter().copied().fold(0.0, f64::max);
         assert!(largest > 0.0);
         assert_eq!(own.half_width, bare.half_width + largest);

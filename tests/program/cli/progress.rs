@@ -42,7 +42,7 @@ fn ctrl_c_says_what_is_kept() {
     for (words, kept) in cases {
         let mut child = Command::new(env!("CARGO_BIN_EXE_coldplate"))
             .args(words)
-            .arg(folder.join("out"))
+            .arg(folder.join(format!("{}.toml", words[0])))
             .arg("--progress")
             .current_dir(root())
             .stdout(Stdio::null())

@@ -83,7 +83,7 @@ fn bad_input_is_refused_with_its_place() {
         ("no noise at all", &machine, beside("zero", "kind = \"limits\"\nnoise = \"0 K\""), vec![], vec!["zero.toml", "noise"]),
         ("negative noise", &machine, beside("minus", "kind = \"limits\"\nnoise = \"-1 K\""), vec![], vec!["minus.toml:2"]),
         ("report nowhere", &machine, good.clone(), vec!["--report", below], vec!["report.html", "folder"]),
-        ("report as a machine", &machine, good.clone(), vec!["--report", &machine], vec!["--report", ".html"]),
+        ("report as a machine", &machine, good.clone(), vec!["--report", &machine], vec!["is an input", "another name"]),
         ("out nowhere", &machine, good.clone(), vec!["--out", below], vec!["report.html", "--out"]),
         ("surrogate nowhere", &machine, good.clone(), vec!["--surrogate", below], vec!["report.html", "--surrogate"]),
         ("uncertain nothing", &machine, good.clone(), vec!["--uncertain", "contact.seat.conductance"], vec!["--uncertain", "10%"]),

@@ -61,7 +61,7 @@ fn steady_readings_have_their_residuals_and_nothing_is_written() {
     assert_eq!(wrote.status.code(), Some(0), "{}", message(&wrote));
     assert_eq!(std::fs::read_to_string(&table).unwrap().trim_end(), csv.trim_end());
     let refused = coldplate(&["predict", &machine, &data, "--out", &data]);
-    assert!(refused.status.code() == Some(2) && message(&refused).contains("written over"), "{}", message(&refused));
+    assert!(refused.status.code() == Some(2) && message(&refused).contains("inputs are kept"), "{}", message(&refused));
 }
 
 /// A node of 1000 J/K behind 4 W/K in front of 2 W/K: a log that begins at 22 degC everywhere.

@@ -1,11 +1,9 @@
 //! Uncertainties stated in a machine file apart from the uncertain numbers themselves: factors shared by several
 //! numbers, correlations, and the model error.
 
-use super::keys::SCHEMA;
 use super::keys::uncertain::{COMMON, GROWTH, KINDS, SENSORS};
 use super::readings::Sensor;
 use super::variables::DescribedVariable;
-use crate::schema::ChangeReach;
 use coldplate_base::document::{Document, Section, Uncertain, Value, suggestion};
 use coldplate_base::error::{Error, Result};
 use coldplate_base::units::{Dimension, Measurand};
@@ -82,23 +80,15 @@ pub struct ModelError {
     pub is_stated: bool,
 }
 
-/// Refuses uncertainties of numbers that nothing is computed from: limits, readings, remarks.
+/// Refuses uncertain limits: a verdict takes them as exact.
 pub(super) fn check_places(document: &Document) -> Result<()> {
-    for Uncertain { key, .. } in document.uncertain() {
-        let names = Document::names_in(&key).unwrap_or_default();
-        let names: Vec<&str> = names.iter().map(String::as_str).collect();
-        let is_report = SCHEMA.find(&names).is_some_and(|found| found.key.reach == ChangeReach::Report);
-        if is_report {
-            let own = match names.first() {
-                Some(&"limit") => "a verdict takes a limit as exact, and counts the uncertainty of the machine under it",
-                _ => "nothing that is solved follows from this number",
-            };
-            return Err(Error::input(format!("this uncertainty has no effect: {own}"))
-                .at_key(&key)
-                .help("write the number alone; for a limit, the value that must not be exceeded"));
-        }
+    let is_limit = |key: &str| Document::names_in(key).is_some_and(|names| names.first().is_some_and(|name| name == "limit"));
+    match document.uncertain().into_iter().find(|own| is_limit(&own.key)) {
+        None => Ok(()),
+        Some(Uncertain { key, .. }) => Err(Error::input("the uncertainty of a limit has no effect: a verdict takes it as exact")
+            .at_key(&key)
+            .help("write the value that must not be exceeded; the uncertainty of the machine under it is counted")),
     }
-    Ok(())
 }
 
 /// Reads `[uncertain.NAME]`.
