@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use super::journal::ConditionOutcome;
-use super::{Plan, Purpose, Remarks, SweepSubject};
+use super::{Plan, Purpose, SweepSubject};
 use coldplate_base::error::Result;
 use coldplate_base::numbers::significant;
 use coldplate_describe::machine::Condition;
@@ -18,6 +18,18 @@ const ESTIMATED_AT: usize = 6;
 
 /// Error up to which nobody asks for a finer mesh, K. Chosen: that of a usual temperature sensor.
 const AIM: f64 = 0.1;
+
+/// Function that remarks on the outcomes of the conditions of a plan.
+pub(super) type Remark<'r> = dyn Fn(&Plan, &[ConditionOutcome]) -> Remarks + 'r;
+
+/// Remarks on the outcomes of a sweep.
+#[derive(Default)]
+pub(super) struct Remarks {
+    /// Pairs of the provenance of the table to be fitted.
+    pub(super) provenance: Vec<(String, String)>,
+    /// Doubts, one sentence each.
+    pub(super) notes: Vec<String>,
+}
 
 /// Remarks on the error that the mesh of `model` leaves in the outcomes of a sweep: its place in the provenance, and a note if a usual
 /// sensor would see it.

@@ -30,6 +30,7 @@ pub mod uncertain;
 pub use adaptive::{ADDED, DesignGrowth};
 pub use definition::{FitKeys, Openness, SweepDefinition};
 pub use mesh_errors::MESH_ERRORS;
+use mesh_errors::{Remark, Remarks};
 pub use plan::{ConditionGroup, Plan, Purpose};
 pub use reduced_answers::{BOUNDS, ReducedRows};
 pub use runner::{SweepOptions, run};
@@ -122,18 +123,6 @@ pub(crate) type Grow<'g> = dyn FnMut(&SweepRound<'_>) -> Result<Option<Vec<Vec<f
 
 /// Function that completes some rows of a plan in a journal.
 type Find<'f> = dyn Fn(&Plan, Range<usize>, &mut Journal) -> Result<()> + 'f;
-
-/// Function that remarks on the outcomes of the conditions of a plan.
-type Remark<'r> = dyn Fn(&Plan, &[ConditionOutcome]) -> Remarks + 'r;
-
-/// Remarks on the outcomes of a sweep.
-#[derive(Default)]
-struct Remarks {
-    /// Pairs of the provenance of the table to be fitted.
-    provenance: Vec<(String, String)>,
-    /// Doubts, one sentence each.
-    notes: Vec<String>,
-}
 
 /// The result of a sweep.
 #[derive(Debug, Clone)]

@@ -4,11 +4,11 @@ use std::path::{Path, PathBuf};
 
 use super::journal::ConditionOutcome;
 use super::merge::{self, Merged};
-use super::mesh_errors::remarks;
+use super::mesh_errors::{Remarks, remarks};
 use super::own_solver::Own;
 use super::shards::{self, Shard, ShardRecord};
 use super::{
-    Grow, Open, Plan, Remarks, SolvedBy, SweepDefinition, SweepOptions, SweepSubject, Swept, execute_remarked, own_solver, reduced_answers,
+    Grow, Open, Plan, SolvedBy, SweepDefinition, SweepOptions, SweepSubject, Swept, execute_remarked, own_solver, reduced_answers,
 };
 use crate::external::{Program, TemplateValues};
 use coldplate_base::error::{Error, Result};
