@@ -4,7 +4,7 @@ use std::sync::{Mutex, PoisonError};
 
 use super::output::Output;
 
-/// What is kept if the command ends now; `None` where the command hears signals by itself.
+/// Words on the results that are kept if the command ends now; `None` where the command hears signals by itself.
 static KEPT: Mutex<Option<String>> = Mutex::new(None);
 
 /// Says from now on what is kept when a signal ends the process.
