@@ -22,7 +22,7 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     replace(path, |temporary| fs::write(temporary, bytes).map_err(|e| Error::file("write", path, e)))
 }
 
-/// Writes `bytes` into a file that was read in this run because its content is to be changed; see [`write`].
+/// Writes `bytes` into a file that was read in this run because its content is to be changed; see [`write()`].
 ///
 /// # Errors
 /// Errors of [`replace`].
