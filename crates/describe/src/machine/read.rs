@@ -15,10 +15,10 @@ use super::keys::{ACCURACY, CELLS, SCHEMA, radiation as keys};
 use super::library::Shelf;
 use super::model::{Assumption, Chamber, Machine};
 use super::names::Index;
-use super::parts::{LumpedNode, Part, Place};
+use super::parts::Part;
 use super::sensors::{limits, measurements, nodes, sensors};
 use super::shape::{distance, overlap};
-use super::sources::{Source, sources};
+use super::sources::sources;
 use super::symbols::Symbols;
 use super::uncertain::{check_places, correlations, model_error, shared_factors};
 use super::variables::{definitions, drives, formula_or, variables};
@@ -107,7 +107,6 @@ fn machine(document: &Document) -> Result<Machine> {
     let radiation_links = radiation_links(&root, &index)?;
     let enclosures = enclosures(&root, &index, chamber.enclosure, document.file())?;
     let sources = sources(&root, &index, &symbols)?;
-    check_heated(&root, &sources, &nodes)?;
     let mut sensors = sensors(&root, &index)?;
     sensors.extend(displacements(&root, &index, &sensors)?);
     sensors.extend(turned(&root, &sensors)?);
@@ -162,22 +161,6 @@ fn machine(document: &Document) -> Result<Machine> {
     bend_factors(&mut machine, &automatic, &root)?;
     root.finish()?;
     Ok(machine)
-}
-
-/// Refuses heat into nodes that are held at a temperature: it would go nowhere.
-fn check_heated(root: &Section<'_>, sources: &[Source], nodes: &[LumpedNode]) -> Result<()> {
-    for source in sources {
-        let held = source.places.iter().find_map(|heated| match heated.place {
-            Place::Node(n) => nodes.get(n).filter(|node| node.fixed.is_some()),
-            _ => None,
-        });
-        if let Some(node) = held {
-            let what = format!("'{}' is held at its temperature, so heat into it changes nothing", node.name);
-            let section = root.section("source")?.section(&source.name)?;
-            return Err(section.error_at("in", what).help("leave the source out, or the node's temperature"));
-        }
-    }
-    Ok(())
 }
 
 /// Whether anything exchanges heat with the chamber wall.

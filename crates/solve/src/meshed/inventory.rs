@@ -9,7 +9,7 @@ use crate::balance::{ContactFlow, contact_flows};
 use crate::reachability::ConnectedPieces;
 use coldplate_base::error::Result;
 use coldplate_base::units::{Celsius, Kelvin};
-use coldplate_describe::machine::{BoundaryLaw, Condition, LumpedNode, Machine, Part, Source};
+use coldplate_describe::machine::{BoundaryLaw, Condition, LumpedNode, Machine, Part, Place, Source};
 use coldplate_network::{ContactGroup, Load};
 
 /// Parts, contacts, channels and sources of a model, and warnings about them.
@@ -149,6 +149,7 @@ pub fn inventory(model: &MeshedMachine, condition: Option<&Condition>) -> Result
         ..Inventory::default()
     };
     found.warnings.extend(model.loose_pieces());
+    found.warnings.extend(model.held_heats());
     list_imports(model, &mut found);
     list_channels(model, load.as_ref(), &mut found)?;
     found.warnings.extend(super::boundaries::doubled(machine));
@@ -271,6 +272,19 @@ fn list_imports(model: &MeshedMachine, found: &mut Inventory) {
 }
 
 impl MeshedMachine {
+    /// Remarks on sources that heat a node held at a temperature, one for each.
+    pub(super) fn held_heats(&self) -> impl Iterator<Item = String> + '_ {
+        let nodes = &self.machine.nodes;
+        self.machine.sources.iter().filter_map(|source| {
+            let held = source.places.iter().find_map(|heated| match heated.place {
+                Place::Node(n) => nodes.get(n).filter(|node| node.fixed.is_some()),
+                _ => None,
+            })?;
+            let (source, node) = (&source.name, &held.name);
+            Some(format!("source '{source}' heats '{node}', which is held at its temperature: this heat changes no temperature"))
+        })
+    }
+
     /// Remarks on imported parts whose pieces share no node, one for each part.
     pub(super) fn loose_pieces(&self) -> impl Iterator<Item = String> + '_ {
         let pieces = self.machine.parts.iter().filter_map(|part| Some((&part.name, part.import.as_ref()?.body.pieces)));
@@ -280,7 +294,6 @@ impl MeshedMachine {
     }
 }
 
-/// A flux over one area and a contact over another: the classic way to misread a conductance.
 /// Largest pressure of a chamber whose gas only conducts, Pa. Chosen: over 0.1 m between walls 20 K apart, air of a tenth of an
 /// atmosphere has a Rayleigh number of about 2e4, and its motion carries twice what it conducts.
 const STILL_GAS: f64 = 1e4;
@@ -296,6 +309,7 @@ fn warn_about_gas(machine: &Machine, found: &mut Inventory) {
     }
 }
 
+/// A flux over one area and a contact over another: the classic way to misread a conductance.
 fn warn_about_areas(model: &MeshedMachine, found: &mut Inventory) {
     for part in &model.machine.parts {
         let Some(stated) = part.stated_flux_area else { continue };

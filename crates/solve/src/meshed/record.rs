@@ -224,7 +224,7 @@ pub struct SecondsRecord {
 impl MeshedMachine {
     /// Remarks on a state: imported parts in several pieces, and boundaries whose laws leave their ranges.
     pub fn notes(&self, state: &SteadyState) -> Vec<String> {
-        self.loose_pieces().chain(self.boundary_notes(state)).collect()
+        self.loose_pieces().chain(self.held_heats()).chain(self.boundary_notes(state)).collect()
     }
 
     /// Remarks on boundaries whose laws leave their ranges in a state, one for each boundary.
