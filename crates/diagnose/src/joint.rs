@@ -216,7 +216,7 @@ fn spread(covariance: &DMatrix<f64>, free: &[&Hypothesis]) -> (Vec<f64>, Vec<Vec
 
 /// A number that is fitted beside causes.
 struct Beside {
-    /// Which of the numbers of the covariance; none where its uncertainty is stated.
+    /// Index among the numbers of the covariance; none where its uncertainty is stated.
     number: Option<usize>,
     /// As a hypothesis whose scale is its standard deviation.
     hypothesis: Hypothesis,

@@ -210,7 +210,7 @@ impl Problem {
         Self { data: rest(&self.data, &faults), faults: all, places, may_set_aside: false, ..self.clone() }
     }
 
-    /// The same without readings that are held out ([`DividedData::held_out`]), and the data with them.
+    /// This problem without readings that are held out ([`DividedData::held_out`]), and the data with them.
     ///
     /// # Errors
     /// Errors of [`DividedData::held_out`].

@@ -13,7 +13,7 @@ use coldplate_solve::study::Study;
 /// Amplitude at which the keys that a hypothesis changes are asked for. Chosen: any that is not zero does.
 const ASKED: f64 = 0.01;
 
-/// What is stated beside the usual.
+/// Deviations that are stated in place of the usual ones.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Stated {
     /// Names in the keys of numbers that are called uncertain.
@@ -23,7 +23,7 @@ pub(crate) struct Stated {
 }
 
 impl Stated {
-    /// What is stated of a machine and its data.
+    /// Deviations that a machine and its data state.
     pub fn of(problem: &Problem, study: &Study) -> Self {
         let heats = MeasuredHeat::all(&study.model.machine, &problem.data, &problem.uncertainty);
         let keys = problem.uncertain.iter().filter_map(|own| Document::names_in(&own.parameter.name));

@@ -72,7 +72,7 @@ pub(crate) fn fit_designs(
     }
     let table = rows_of(&swept.fitted, plan, |g| !is_one_factor(g));
     let mut fit = match fit {
-        // Its bands were stated round by round, before the error of the mesh was known.
+        // The bands of this fit were stated round by round, before the error of the mesh was known.
         Some(mut fit) => {
             fitting::add_mesh_errors(&mut fit.surrogate, &table)?;
             fit

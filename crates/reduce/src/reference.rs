@@ -75,7 +75,7 @@ impl<'a> ReferenceNetwork<'a> {
         if fine == 0 {
             return Err(Error::input("no temperature follows the variables that vary").help("vary what the machine file's formulas name"));
         }
-        // As many modes as free nodes represent every state: nothing is left that fewer could show.
+        // Modes as many as the free nodes represent every state: nothing is left that fewer could show.
         let held = self.network.fixed.iter().filter(|(node, _)| (*node as usize) < self.network.solids).count();
         let is_whole = fine + held >= self.network.solids;
         let coarse = if is_whole { fine } else { ((fine as f64 * COARSE) as usize).clamp(1, fine) };

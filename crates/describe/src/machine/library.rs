@@ -105,7 +105,7 @@ fn material(name: String, section: Section<'_>, known: &[Material]) -> Result<Ma
     let source = match (section.opt_text("source")?, base) {
         (Some(source), _) => source,
         (None, Some(base)) => {
-            // Of a chain of bases, the nearest and the source of the first.
+            // The nearest of a chain of bases, and the source of the first.
             let first = base.source.strip_prefix(CHANGED).and_then(|rest| rest.split_once(": "));
             format!("{CHANGED}{}: {}", base.name, first.map_or(base.source.as_str(), |(_, source)| source))
         }

@@ -126,7 +126,7 @@ fn searched(problem: &IdentifyProblem, options: &IdentifyOptions, learns: bool, 
     }
     let ended = ended.unwrap_or_else(|| Ended::stated(&search, best, whitener));
     let end = settle::end_of(&mut search, &ended.point, &ended.weights, &[]);
-    // Of numbers that are still on their way nothing can be said.
+    // Nothing can be said of numbers that are still on their way.
     let (ended, kept) = match (learns, end) {
         (true, SearchEnd::AtRest) => {
             let ended = settle::on_linear_scale(&mut search, ended)?;

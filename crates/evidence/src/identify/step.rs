@@ -16,7 +16,7 @@ pub(super) fn least_within(matrix: &DMatrix<f64>, right: &DVector<f64>, within: 
     for _ in 0..MOST_CHANGES * n.max(1) {
         let free: Vec<usize> = (0..n).filter(|k| is_free[*k]).collect();
         let to = among(matrix, right, &x, &free)?;
-        // As far as the box allows.
+        // The step goes as far as the box allows.
         let share = |(k, to): (&usize, &f64)| {
             let end = if *to > x[*k] { within[*k].1 } else { within[*k].0 };
             ((end - x[*k]) / (to - x[*k])).max(0.0)
