@@ -4,6 +4,7 @@ use super::channels::Channel;
 use super::circuits::Circuit;
 use super::contact_law::ContactLaw;
 use super::contacts::{Boundary, Contact, RadiationLink};
+use super::controllers::Controller;
 use super::elastic::Elasticity;
 use super::enclosures::Enclosure;
 use super::heat_flows::HeatFlow;
@@ -56,6 +57,8 @@ pub struct Machine {
     pub enclosures: Vec<Enclosure>,
     /// Heat sources.
     pub sources: Vec<Source>,
+    /// Controllers of sources.
+    pub controllers: Vec<Controller>,
     /// Measurement points.
     pub sensors: Vec<Sensor>,
     /// Heat-flow sensors.

@@ -222,6 +222,7 @@ impl<'a> FullRun<'a> {
             && let Some(stop) = self.recorder.next_stop().filter(|stop| is_due(stop.time, self.state.time))
         {
             let load = load_at(self.model, &condition_at(self.schedule, stop), stop.time)?;
+            let load = self.state.controlled(&self.model.network, stop.time, load);
             let (readings, heats) = self.output(stop.time, &load)?;
             if stop.time < self.state.time {
                 self.pass(stretch, stop.time, &readings, &load)?;
