@@ -78,7 +78,7 @@ pub(super) fn write(path: &Path, identity: &Identity, state: &TransientState, fr
         [temperatures, between, variables, flow].into_iter().for_each(|values| to.numbers(values));
         to.numbers(&[*length, *time, passing.entering, passing.leaving]);
     }
-    to.numbers(&state.controls.iter().flat_map(|own| [own.share, own.share_before, own.integral]).collect::<Vec<_>>());
+    to.numbers(&state.controls.iter().flat_map(|own| [own.share, own.integral, own.given, own.switches as f64]).collect::<Vec<_>>());
     to.number(fronts.until);
     to.count(usize::from(fronts.are_near));
     to.count(seen.readings.len());
@@ -257,8 +257,8 @@ impl Decoder<'_> {
         let [entered, left, stored, moved, rounding] = self.numbers()?.try_into().ok()?;
         let before = if self.count(0)? > 0 { Some(self.before()?) } else { None };
         let controls = self.numbers()?;
-        let control = |own: &[f64]| ControlState { share: own[0], share_before: own[1], integral: own[2] };
-        let controls = controls.chunks_exact(3).map(control).collect();
+        let control = |own: &[f64]| ControlState { share: own[0], integral: own[1], given: own[2], switches: own[3] as usize };
+        let controls = controls.chunks_exact(4).map(control).collect();
         let fronts = Fronts { until: self.number()?, are_near: self.count(0)? > 0 };
         let readings = (0..self.count(8)?).map(|_| self.numbers()).collect::<Option<_>>()?;
         let heat_flows = (0..self.count(8)?).map(|_| self.numbers()).collect::<Option<_>>()?;

@@ -222,7 +222,6 @@ impl<'a> FullRun<'a> {
             && let Some(stop) = self.recorder.next_stop().filter(|stop| is_due(stop.time, self.state.time))
         {
             let load = load_at(self.model, &condition_at(self.schedule, stop), stop.time)?;
-            let load = self.state.controlled(&self.model.network, stop.time, load);
             let (readings, heats) = self.output(stop.time, &load)?;
             if stop.time < self.state.time {
                 self.pass(stretch, stop.time, &readings, &load)?;
@@ -293,6 +292,15 @@ impl<'a> FullRun<'a> {
                 .iter()
                 .enumerate()
                 .filter_map(|(s, wall)| Some(boiling_note(network, s, (*wall)?)))
+                .chain(network.loops.iter().zip(&self.state.controls).map(|(own, at)| {
+                    let share = 100.0 * at.given / (self.state.time - self.schedule.start());
+                    format!(
+                        "controller '{}': {share:.1} % of the full power on average, {} switches, now {:.1} %",
+                        own.name,
+                        at.switches,
+                        100.0 * at.share
+                    )
+                }))
                 .chain(self.unresolved.map(|(from, until)| {
                     format!("formulas have more kinks between {from:.0} s and {until:.0} s than are looked for: short pulses may be lost")
                 }))

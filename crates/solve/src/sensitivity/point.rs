@@ -266,6 +266,7 @@ impl Study {
     /// # Errors
     /// Errors of [`solve`](crate::meshed::MeshedMachine::solve) and [`Derivatives::new`].
     pub fn at(&self, condition: &Condition) -> Result<Derivatives<'_>> {
+        self.model.machine.without_controllers("a derivative")?;
         let state = self.model.solve(&self.model.solver(condition)?, condition)?;
         Derivatives::new(self, condition, &state)
     }

@@ -27,10 +27,12 @@ const AT_SET_POINT: f64 = 1e-6;
 pub struct ControlState {
     /// Share of the power of its sources, from 0 to 1.
     pub share: f64,
-    /// Share at the beginning of the step that led here.
-    pub share_before: f64,
     /// Part of the share that the integral of a PI controller makes, from 0 to 1; 0 for a thermostat.
     pub integral: f64,
+    /// Time at full power that would have given as much heat since the beginning, s.
+    pub given: f64,
+    /// Switches of a thermostat since the beginning.
+    pub switches: usize,
 }
 
 impl ControlState {
@@ -42,27 +44,18 @@ impl ControlState {
                 // At a limit: as it would leave it at once.
                 ControlLaw::ProportionalIntegral { gain, .. } => (share - gain * deviation).clamp(0.0, 1.0),
             };
-            Self { share: *share, share_before: *share, integral }
+            Self { share: *share, integral, given: 0.0, switches: 0 }
         };
         network.loops.iter().zip(shares).zip(network.deviations(load, temperatures)).map(of).collect()
     }
 }
 
 impl TransientState {
-    /// A load at a time (s) in the step that led here, with the shares that the controllers give then.
-    pub fn controlled(&self, network: &Network, time: f64, load: Load) -> Load {
-        if self.controls.is_empty() {
-            return load;
-        }
-        let left = self.before.as_ref().filter(|before| before.time == self.time).map_or(0.0, |before| (self.time - time) / before.length);
-        let share = |own: &ControlState| own.share + (own.share_before - own.share) * left.clamp(0.0, 1.0);
-        load.with_shares(network, &self.controls.iter().map(share).collect::<Vec<_>>())
-    }
-
-    /// Takes note of shares and integrals at the end of a step.
-    pub(super) fn advance_controls(&mut self, shares: &[f64], integrals: &[f64]) {
+    /// Takes note of shares and integrals at the end of a step of a length, s.
+    pub(super) fn advance_controls(&mut self, h: f64, shares: &[f64], integrals: &[f64]) {
         for ((own, share), integral) in self.controls.iter_mut().zip(shares).zip(integrals) {
-            *own = ControlState { share: *share, share_before: own.share, integral: *integral };
+            own.given += h * f64::midpoint(own.share, *share);
+            (own.share, own.integral) = (*share, *integral);
         }
     }
 
@@ -105,7 +98,7 @@ impl Transient<'_> {
         let network = self.network;
         let deviations = network.deviations(load, &state.temperatures);
         if state.controls.is_empty() {
-            state.controls = vec![ControlState { share: f64::NAN, share_before: 0.0, integral: 0.0 }; network.loops.len()];
+            state.controls = vec![ControlState { share: f64::NAN, integral: 0.0, given: 0.0, switches: 0 }; network.loops.len()];
         }
         let is_new = state.before.is_none();
         let located = LOCATED * self.settings.tolerance;
@@ -122,6 +115,8 @@ impl Transient<'_> {
                         _ => 0.0,
                     };
                     has_switched |= share != state.share;
+                    // From off to on or back; not at the beginning.
+                    state.switches += usize::from((share - state.share).abs() == 1.0);
                     state.share = share;
                 }
                 ControlLaw::ProportionalIntegral { gain, .. } if is_new => {
@@ -129,7 +124,6 @@ impl Transient<'_> {
                 }
                 ControlLaw::ProportionalIntegral { .. } => {}
             }
-            state.share_before = state.share;
         }
         has_switched
     }

@@ -284,7 +284,7 @@ impl<'a> Transient<'a> {
             let temperatures = std::mem::replace(&mut state.temperatures, next.temperatures);
             state.time = if is_last { until } else { state.time + h };
             let now = if is_last { load(state.time)?.with_shares(self.network, &next.shares) } else { next.load };
-            state.advance_controls(&next.shares, &next.integrals);
+            state.advance_controls(h, &next.shares, &next.integrals);
             state.before = Some(Before {
                 temperatures,
                 between: next.between,

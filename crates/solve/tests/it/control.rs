@@ -179,6 +179,7 @@ fn the_response_of_a_pi_controller_has_a_closed_form() {
         let (seen, ended) = course(&leading(set_point, gain, integral_time), Some(AMBIENT), 20_000.0, 1e-4);
         let free = seen.iter().position(|(_, _, share)| *share <= 0.0 || *share >= 1.0).unwrap_or(seen.len());
         let worst = seen[..free].iter().map(|(t, found, _)| (found - exact(*t)).abs()).fold(0.0, f64::max);
+        println!("gain {gain}, {integral_time} s: {worst:.1e} K");
         assert!(free > 20 && worst < 5e-3, "gain {gain}, {integral_time} s: {worst} K in {free} of {} steps", seen.len());
         assert!(
             (degc(&leading(set_point, gain, integral_time), &ended, 0) - set_point).abs() < 1e-3
