@@ -1,7 +1,6 @@
 //! Controllers: the share of a source's power that follows a sensor.
 
 use super::keys::control::{ACTION, GAIN, HYSTERESIS, INTEGRAL_TIME, SET_POINT};
-use super::model::Machine;
 use super::names::lookup;
 use super::readings::{Sensor, SensorReading};
 use super::response::SensorResponse;
@@ -9,7 +8,7 @@ use super::sources::Source;
 use super::symbols::Symbols;
 use super::variables::formula;
 use coldplate_base::document::Section;
-use coldplate_base::error::{Error, Result};
+use coldplate_base::error::Result;
 use coldplate_base::formula::Formula;
 use coldplate_base::units::Dimension;
 
@@ -91,18 +90,4 @@ fn controller(
     }
     section.finish()?;
     Ok(Controller { name, sensor, set_point, cools, law })
-}
-
-impl Machine {
-    /// Refuses a machine with controllers, on behalf of a computation that would take their sources at full power.
-    ///
-    /// # Errors
-    /// There is a controller.
-    pub fn without_controllers(&self, computation: &str) -> Result<()> {
-        let Some(controller) = self.controllers.first() else { return Ok(()) };
-        Err(Error::input(format!("{computation} cannot follow a controller"))
-            .in_file(&self.file)
-            .at_key(format!("controller.{}", controller.name))
-            .help("`coldplate solve`, `simulate` and `sweep` solve controllers; here make the power of the source a variable"))
-    }
 }
