@@ -214,7 +214,7 @@ pub fn sweep<'py>(
 ) -> PyResult<(String, Given<'py>)> {
     let (record, table) = work::run(py, progress, |heard| {
         let began = Instant::now();
-        let sweep = Sweep::open(&path, cells, &sets)?;
+        let sweep = Sweep::open_heard(&path, cells, &sets, heard)?;
         let options = SweepOptions { threads: None, progress: Some(heard), retry_failed: false };
         let swept = adaptive::run(&sweep, &out, options, heard)?.swept;
         let record = swept.record(&sweep, began.elapsed().as_secs_f64());
