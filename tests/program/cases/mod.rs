@@ -76,7 +76,8 @@ fn fault(case: &Case, file: &str, folder: &Path) -> Option<String> {
         let found: Value = serde_json::from_str(&out).unwrap_or(Value::Null);
         for (pointer, expected) in &case.values {
             let shown = found.pointer(pointer).and_then(Value::as_f64);
-            if shown.is_none_or(|shown| !((shown - expected).abs() <= case.within)) {
+            let is_near = shown.is_some_and(|shown| (shown - expected).abs() <= case.within);
+            if !is_near {
                 return Some(format!("{pointer} is {shown:?}, not {expected} to {}: {told}", case.within));
             }
         }
