@@ -6,7 +6,8 @@ use serde::{Deserialize, Serialize};
 use super::reduced_network::{ReducedNetwork, ReducedState, follow};
 use coldplate_base::error::{Error, Result};
 use coldplate_network::mesh::path::Station;
-use coldplate_network::{Load, Network};
+use coldplate_network::stream::StreamMeans;
+use coldplate_network::{Load, Network, StreamState};
 
 /// Modes and reference temperatures of the field of a machine; nodes are the solid nodes of the full network.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -70,11 +71,16 @@ impl ReducedNetwork {
         temperatures.resize(network.nodes, 0.0);
         network.hold(load, &mut temperatures);
         // Films follow the mean temperatures of a channel, which are known; the water then follows its wall.
+        let mut means = Vec::with_capacity(network.streams.len());
         for (full, own) in network.streams.iter().zip(&self.network.streams) {
-            let water = own.means(&state.temperatures).water;
-            temperatures[full.first_node as usize..=full.outlet() as usize].fill(water);
+            let known = own.means(&state.temperatures);
+            temperatures[full.first_node as usize..=full.outlet() as usize].fill(known.water);
+            means.push(StreamMeans { wall: full.means(&temperatures).wall, ..known });
         }
-        let states = network.stream_states(load, &temperatures)?;
+        let mut states = vec![StreamState::default(); network.streams.len()];
+        for circuit in 0..network.circuits.len() {
+            network.circuit_states(circuit, load, &temperatures, &means, &mut states)?;
+        }
         let stations = network.streams.iter().flat_map(|stream| &stream.stations);
         let wall = |station: &Station| station.cells.iter().map(|(cell, share)| share * temperatures[*cell]).sum();
         let walls: Vec<f64> = stations.map(wall).collect();

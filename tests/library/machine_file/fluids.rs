@@ -93,17 +93,18 @@ fn a_fluid_follows_its_tables() {
     );
 }
 
-/// The balance of the coolant holds whatever flows: heat is flow times the volumetric heat at the inlet times the rise.
+/// The balance of the coolant holds whatever flows: heat is mass flow times the rise of the enthalpy.
 #[test]
 fn oils_and_mixtures_carry_the_heat() {
-    for liquid in ["oil", "ethylene glycol 30 %", "propylene glycol 50 %"] {
-        let text = plate(200.0, &format!("liquid = \"{liquid}\"\ninlet_temperature = \"30 degC\"\ndissipation = false"), OIL);
+    for name in ["oil", "ethylene glycol 30 %", "propylene glycol 50 %"] {
+        let text = plate(200.0, &format!("liquid = \"{name}\"\ninlet_temperature = \"30 degC\"\ndissipation = false"), OIL);
         let text = text.replace("film = \"10 W/(m2 K)\"\nfluid_temperature = \"20 degC\"", "heat_flux = \"0 W/m2\"");
         let machine: Machine = text.parse().unwrap();
-        let state = machine.circuits[0].liquid.at(303.15).unwrap();
-        let found = solved(&text).unwrap();
-        let rise = 200.0 / (2e-3 / 60.0 * state.volumetric_heat());
-        assert!((found.sensors["out"] - 30.0 - rise).abs() < 1e-6, "{liquid}: {} and {}", found.sensors["out"], 30.0 + rise);
+        let (liquid, found) = (&machine.circuits[0].liquid, solved(&text).unwrap());
+        let mass_flow = 2e-3 / 60.0 * liquid.at(303.15).unwrap().density;
+        let outlet = found.sensors["out"];
+        let rise = 200.0 / (mass_flow * liquid.mean_specific_heat(303.15, outlet + 273.15));
+        assert!((outlet - 30.0 - rise).abs() < 1e-6, "{name}: {outlet} and {}", 30.0 + rise);
     }
 }
 
