@@ -1,7 +1,6 @@
 //! From modes and solved states to a reduced network.
 
 use std::collections::HashMap;
-use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -11,6 +10,7 @@ use super::cubature::{Cubature, sample};
 use super::interpolation::{EXACT, OperatorFamily};
 use super::network_parts::NetworkParts;
 use super::reduced_network::{ReducedContact, ReducedNetwork};
+use super::shapes::Shapes;
 use super::stations::Groups;
 use coldplate_base::random::Random;
 use coldplate_network::{ContactFactors, EndInterpolation, HeatSource, Joint, Load, NONE, Network, SensorTerm, StreamState};
@@ -101,6 +101,17 @@ pub(crate) struct Sampling {
 }
 
 impl Assembly<'_> {
+    /// Nodes of the solids whose temperature is not held.
+    pub fn free(&self) -> Vec<usize> {
+        let held: std::collections::HashSet<u32> = self.network.fixed.iter().map(|(node, _)| *node).collect();
+        (0..self.network.solids).filter(|node| !held.contains(&(*node as u32))).collect()
+    }
+
+    /// Whether so many modes represent every state. Nothing is left then that fewer could show, and nothing is sampled.
+    pub fn is_whole(&self, modes: usize) -> bool {
+        modes >= self.free().len()
+    }
+
     /// The reduced network on these modes, trained on these states. The first `steady` states are steady: stations are put together
     /// by their losses alone, because over time less accuracy is wanted.
     pub fn level(&self, modes: &[Vec<f64>], snapshots: &[Snapshot], steady: usize, sampling: Sampling) -> ReducedNetwork {
@@ -108,7 +119,8 @@ impl Assembly<'_> {
         let ends = ends(rest);
         let shapes = Shapes::of(self.parts, modes, &ends);
         let chosen = self.sample(&shapes, snapshots, sampling.tolerance);
-        let emitting = emitting(&shapes, snapshots, EMITTED * sampling.tolerance);
+        let cutoff = Some(EMITTED * sampling.tolerance).filter(|_| !self.is_whole(n));
+        let emitting = emitting(&shapes, snapshots, cutoff);
         let mut tangents = self.tangents(&shapes, snapshots);
         // The sampled network keeps the order of the conductors.
         let mut all: Vec<usize> = (chosen.chosen.iter().copied())
@@ -296,6 +308,10 @@ impl Assembly<'_> {
         if ends.is_empty() || modes.is_empty() {
             return Cubature::default();
         }
+        if self.is_whole(modes.len()) {
+            let chosen: Vec<usize> = (0..ends.len()).filter(|e| !shapes.emitting.contains(e)).collect();
+            return Cubature { weights: vec![1.0; chosen.len()], chosen };
+        }
         // Heats of all states as combinations of few directions.
         let (count, states) = (ends.len(), snapshots.len());
         let heats = DMatrix::from_fn(count, states, |e, k| if shapes.emitting.contains(&e) { 0.0 } else { snapshots[k].beyond[e] });
@@ -437,47 +453,18 @@ fn keep(own: &mut Network, rest: &Network, nodes: &mut Nodes, chosen: &[usize]) 
     }
 }
 
-/// Projection of each conductor's heat on the modes: mode at the first end less mode at the second.
-struct Shapes<'a> {
-    modes: &'a [Vec<f64>],
-    ends: &'a [[End; 2]],
-    /// Mode at each emitting node less the modes at the nodes it reaches, times the areas: nodes x modes, m².
-    emitted: DMatrix<f64>,
-    /// Places of the emitting nodes among the conductors.
-    emitting: Range<usize>,
-}
-
-impl<'a> Shapes<'a> {
-    fn of(parts: &NetworkParts, modes: &'a [Vec<f64>], ends: &'a [[End; 2]]) -> Self {
-        let rest = &parts.rest;
-        let links = rest.radiative.len() - parts.reached.len();
-        let first = rest.surfaces.len() + rest.joints.len() + links;
-        let emitted = |e: usize, i: usize| {
-            let own = modes[i][rest.radiative[links + e].0 as usize];
-            parts.reached[e].iter().map(|(other, area)| area * (own - modes[i][*other as usize])).sum::<f64>()
-        };
-        let emitting = first..first + parts.reached.len();
-        Self { modes, ends, emitted: DMatrix::from_fn(emitting.len(), modes.len(), emitted), emitting }
-    }
-
-    /// Projection of a conductor's heat on a mode.
-    fn at(&self, mode: usize, conductor: usize) -> f64 {
-        if self.emitting.contains(&conductor) {
-            return self.emitted[(conductor - self.emitting.start, mode)];
-        }
-        let [a, b] = self.ends[conductor].map(|end| if end.node == NONE { 0.0 } else { self.modes[mode][end.node as usize] });
-        a - b
-    }
-}
-
 /// Heat that nodes emit beyond its tangent, as a family of conductors. A sample with non-negative weights would not do: one node's
 /// heat reaches many others, and only all nodes together show that nothing is exchanged between equally warm ones.
-fn emitting(shapes: &Shapes<'_>, snapshots: &[Snapshot], cutoff: f64) -> OperatorFamily {
+/// Without a `cutoff` every node is evaluated.
+fn emitting(shapes: &Shapes<'_>, snapshots: &[Snapshot], cutoff: Option<f64>) -> OperatorFamily {
     let Shapes { emitted, emitting, .. } = shapes;
     let beyond = DMatrix::from_fn(emitting.len(), snapshots.len(), |e, k| snapshots[k].beyond[emitting.start + e]);
     let pattern =
         |weights: &[f64]| DMatrix::from_column_slice(emitted.ncols(), 1, emitted.tr_mul(&DVector::from_column_slice(weights)).as_slice());
-    let mut family = OperatorFamily::new(&beyond, cutoff, pattern);
+    let mut family = match cutoff {
+        Some(cutoff) => OperatorFamily::new(&beyond, cutoff, pattern),
+        None => OperatorFamily::every(emitting.len(), pattern),
+    };
     family.points.iter_mut().for_each(|p| *p += emitting.start);
     family
 }

@@ -22,6 +22,24 @@ const ROUNDING: f64 = 1e-8;
 const INDEPENDENT: f64 = 0.5;
 
 impl ModeBasis {
+    /// A mode for each free node, so that every state is represented; `None` if the energy tells some nodes not apart.
+    pub fn whole(free: &[usize], solids: usize, energy: &Symmetric<'_>) -> Option<Self> {
+        let unit = |node: &usize| {
+            let mut state = vec![0.0; solids];
+            state[*node] = 1.0;
+            image(energy, &state)
+        };
+        let images: Vec<Vec<f64>> = free.iter().map(unit).collect();
+        let matrix = DMatrix::from_fn(free.len(), free.len(), |i, j| images[j][free[i]]);
+        let columns = matrix.cholesky()?.l().transpose().solve_upper_triangular(&DMatrix::identity(free.len(), free.len()))?;
+        let mode = |k: usize| {
+            let mut mode = vec![0.0; solids];
+            free.iter().enumerate().for_each(|(i, node)| mode[*node] = columns[(i, k)]);
+            mode
+        };
+        Some(Self { modes: (0..free.len()).map(mode).collect() })
+    }
+
     /// At most `most` modes of states, which are differences from one reference state (K; zero at held nodes).
     pub fn of(states: &[Vec<f64>], energy: &Symmetric<'_>, most: usize) -> Self {
         Self::above(states, energy, most, 0.0)

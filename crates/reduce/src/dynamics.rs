@@ -11,7 +11,8 @@ use rayon::prelude::*;
 
 use super::conductors::conductors;
 use super::model::ReducedModel;
-use super::reduced_network::{ReducedNetwork, ReducedState, follow};
+use super::reduced_network::{ReducedState, follow};
+use super::storing::Storing;
 use coldplate_base::error::{Error, Result};
 use coldplate_describe::machine::Condition;
 use coldplate_network::Load;
@@ -49,12 +50,15 @@ pub struct Slow {
     pub slowest: f64,
 }
 
-/// The dynamics at a condition, in amplitudes.
+/// The dynamics at a condition, in coordinates along the `p` directions of the modes that store heat.
 struct Linear {
     state: ReducedState,
+    /// Coordinates of the steady state.
+    steady: DVector<f64>,
+    /// Derivatives of the heat that leaves, W/K: p x p.
     jacobian: DMatrix<f64>,
-    /// Derivatives of the readings with respect to the amplitudes, water included, which follows the walls: sensors x
-    /// n.
+    /// Derivatives of the readings with respect to the coordinates, water included, which follows the walls: sensors x
+    /// p.
     outputs: DMatrix<f64>,
 }
 
@@ -65,35 +69,40 @@ impl ReducedModel {
     /// Fewer than two conditions; one of them has no steady state; the machine stores no heat.
     pub fn slow(&self, conditions: &[Condition], states: usize) -> Result<Slow> {
         let level = &self.fine;
-        let linear: Vec<Linear> = conditions.par_iter().map(|condition| self.linear(condition)).collect::<Result<_>>()?;
-        let still = || Error::numerics("this machine stores no heat: it is steady at once");
-        let root = level.capacity.clone().cholesky().ok_or_else(still)?.l();
-        let inverse = root.clone().try_inverse().ok_or_else(still)?;
-        let (at_zero, at_one) = level.uniform(0.0).zip(level.uniform(1.0)).ok_or_else(still)?;
+        let storing = Storing::of(&level.capacity);
+        if storing.capacity.is_empty() {
+            return Err(Error::numerics("this machine stores no heat: it is steady at once"));
+        }
+        let linear: Vec<Linear> = conditions.par_iter().map(|condition| self.linear(condition, &storing)).collect::<Result<_>>()?;
+        let [at_zero, at_one] = [0.0, 1.0].map(|temperature| storing.coordinates(&level.uniform(temperature)));
         if linear.len() < 2 {
             return Err(Error::input("dynamics need at least two conditions"));
         }
         let middle = self.temperature_of(&linear[0].state);
         let even = &at_zero + (&at_one - &at_zero) * middle;
         let slowest = level.slowest(&Load::at(&self.machine, &conditions[0])?)?;
-        let responses = responses(level, &linear, &even, slowest)?;
-        // Amplitudes scaled by the root of the capacity, in which scalar products are stored energy.
-        let chosen = &root.transpose() * span(level, &linear[0].outputs, &responses, states)?;
+        let responses = responses(&storing, &linear, &even, slowest)?;
+        // Coordinates scaled by the root of the capacity, in which scalar products are stored energy.
+        let root = storing.capacity.map(f64::sqrt);
+        let total = level.stored.column(0).iter().map(|v| v.abs()).sum::<f64>().max(f64::MIN_POSITIVE);
+        let mut chosen = span(&(&storing.capacity / total), &linear[0].outputs, &responses, states)?;
+        chosen.column_iter_mut().for_each(|mut column| column.component_mul_assign(&root));
         let slow = chosen.qr().q();
-        let modes = inverse.tr_mul(&slow);
+        let mut modes = slow.clone();
+        modes.column_iter_mut().for_each(|mut column| column.component_div_assign(&root));
         let reduced = |own: &Linear| SlowSample {
-            steady: slow.tr_mul(&root.tr_mul(&own.state.amplitudes)),
+            steady: slow.tr_mul(&root.component_mul(&own.steady)),
             rates: modes.tr_mul(&(&own.jacobian * &modes)),
             outputs: &own.outputs * &modes,
         };
         let samples: Vec<SlowSample> = linear.iter().map(reduced).collect();
-        let even = |a: &DVector<f64>| slow.tr_mul(&root.tr_mul(a));
+        let even = |coordinates: &DVector<f64>| slow.tr_mul(&root.component_mul(coordinates));
         let uniform = [even(&at_zero), even(&(&at_one - &at_zero))];
         Ok(scaled(Slow { samples, uniform, slowest }))
     }
 
-    /// The steady state and the dynamics around it.
-    fn linear(&self, condition: &Condition) -> Result<Linear> {
+    /// The steady state and the dynamics around it. Modes that store no heat follow the others.
+    fn linear(&self, condition: &Condition, storing: &Storing) -> Result<Linear> {
         let (level, network) = (&self.fine, &self.fine.network);
         let load = Load::at(&self.machine, condition)?;
         let state = level.steady(network, &load, &DVector::zeros(level.len()))?;
@@ -113,7 +122,15 @@ impl ReducedModel {
             read(&a) - &here
         };
         let outputs = DMatrix::from_columns(&(0..level.len()).map(moved).collect::<Vec<_>>());
-        Ok(Linear { state, jacobian, outputs })
+        let (kept, free) = (&storing.kept, &storing.balanced);
+        let along = if storing.is_whole() {
+            kept.clone()
+        } else {
+            let followed = (free.tr_mul(&jacobian) * free).lu().solve(&free.tr_mul(&(&jacobian * kept)));
+            kept - free * followed.ok_or_else(|| Error::numerics("modes that store no heat have no balance"))?
+        };
+        let steady = kept.tr_mul(&state.amplitudes);
+        Ok(Linear { state, steady, jacobian: kept.tr_mul(&(&jacobian * &along)), outputs: outputs * along })
     }
 
     /// Mean temperature of the sampled solids, K.
@@ -123,19 +140,19 @@ impl ReducedModel {
     }
 }
 
-/// Responses to steps from each condition to the next, and from one temperature everywhere to each: amplitudes as columns.
-fn responses(level: &ReducedNetwork, linear: &[Linear], even: &DVector<f64>, slowest: f64) -> Result<DMatrix<f64>> {
+/// Responses to steps from each condition to the next, and from one temperature everywhere to each: coordinates as columns.
+fn responses(storing: &Storing, linear: &[Linear], even: &DVector<f64>, slowest: f64) -> Result<DMatrix<f64>> {
     let by = &linear[..linear.len().min(CHOSEN_BY)];
     let ratio = (slowest / QUICKEST).max(2.0);
     let of = |(k, own): (usize, &Linear)| -> Result<Vec<DVector<f64>>> {
-        let other = &by[(k + 1) % by.len()].state.amplitudes;
-        let steps = [other - &own.state.amplitudes, even - &own.state.amplitudes];
+        let steps = [&by[(k + 1) % by.len()].steady, even].map(|from| from - &own.steady);
         let mut found: Vec<DVector<f64>> = steps.to_vec();
         for shift in 0..SHIFTS {
             let s = 1.0 / (QUICKEST * ratio.powf(shift as f64 / (SHIFTS - 1) as f64));
-            let lu = (&level.capacity * s + &own.jacobian).lu();
+            let stored = &storing.capacity * s;
+            let lu = (DMatrix::from_diagonal(&stored) + &own.jacobian).lu();
             for step in &steps {
-                let response = lu.solve(&(&level.capacity * step * s));
+                let response = lu.solve(&stored.component_mul(step));
                 found.push(response.ok_or_else(|| Error::numerics("the reduced model has no response to a step"))?);
             }
         }
@@ -145,10 +162,9 @@ fn responses(level: &ReducedNetwork, linear: &[Linear], even: &DVector<f64>, slo
     Ok(DMatrix::from_columns(&all.concat()))
 }
 
-/// Span of the largest responses, weighted by the sensors and by the stored heat: n x states.
-fn span(level: &ReducedNetwork, outputs: &DMatrix<f64>, responses: &DMatrix<f64>, states: usize) -> Result<DMatrix<f64>> {
-    let total = level.stored.column(0).iter().map(|v| v.abs()).sum::<f64>().max(f64::MIN_POSITIVE);
-    let seen = outputs.tr_mul(outputs) / outputs.nrows().max(1) as f64 + &level.capacity / total;
+/// Span of the largest responses, weighted by the sensors and by the shares of the coordinates in the stored heat: p x states.
+fn span(shares: &DVector<f64>, outputs: &DMatrix<f64>, responses: &DMatrix<f64>, states: usize) -> Result<DMatrix<f64>> {
+    let seen = outputs.tr_mul(outputs) / outputs.nrows().max(1) as f64 + DMatrix::from_diagonal(shares);
     let singular = || Error::numerics("nothing sees the modes of this reduced model");
     let root = seen.cholesky().ok_or_else(singular)?.l();
     let weighted = root.tr_mul(responses);

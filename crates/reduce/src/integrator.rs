@@ -7,6 +7,7 @@ use nalgebra::{DMatrix, DVector, Dyn, LU};
 
 use super::conductors::conductors;
 use super::reduced_network::{ConstantTerms, ReducedNetwork, ReducedState};
+use super::storing::Storing;
 use super::water::Along;
 use coldplate_base::error::{Error, Result, Stop};
 use coldplate_network::mesh::path::Station;
@@ -122,6 +123,8 @@ type LoadAt<'l> = dyn Fn(f64) -> Result<Load> + 'l;
 pub(crate) struct Motion<'a> {
     level: &'a ReducedNetwork,
     network: &'a Network,
+    /// Modes that store heat, and those in balance at once.
+    storing: Storing,
     /// Error allowed in a step, K.
     tolerance: f64,
     /// Time, s.
@@ -157,19 +160,18 @@ impl<'a> Motion<'a> {
         Self::new(level, state.amplitudes, state.temperatures, water, time, tolerance)
     }
 
-    /// A run that begins with one temperature (K) everywhere; `amplitudes` are those of that temperature.
-    pub(crate) fn from_uniform(
-        level: &'a ReducedNetwork,
-        load: &Load,
-        amplitudes: DVector<f64>,
-        temperature: f64,
-        time: f64,
-        tolerance: f64,
-    ) -> Self {
+    /// A run that begins with one temperature (K) everywhere, but for what stores no heat.
+    ///
+    /// # Errors
+    /// Modes that store no heat find no balance.
+    pub(crate) fn from_uniform(level: &'a ReducedNetwork, load: &Load, temperature: f64, time: f64, tolerance: f64) -> Result<Self> {
         let network = &level.network;
         let still = vec![temperature; network.nodes];
+        let amplitudes = Storing::of(&level.capacity).amplitudes(&level.uniform(temperature));
         let temperatures = level.temperatures(network, load, &amplitudes, Some(&still));
-        Self::new(level, amplitudes, temperatures, even_water(network, temperature), time, tolerance)
+        let mut begun = Self::new(level, amplitudes, temperatures, even_water(network, temperature), time, tolerance);
+        begun.settle(load, &level.given(network, load))?;
+        Ok(begun)
     }
 
     /// A run that begins with these amplitudes, the temperatures that follow from them, and the water in the streams.
@@ -184,6 +186,7 @@ impl<'a> Motion<'a> {
         Self {
             level,
             network: &level.network,
+            storing: Storing::of(&level.capacity),
             tolerance,
             time,
             amplitudes,
@@ -218,6 +221,7 @@ impl<'a> Motion<'a> {
         let mut readings = Vec::with_capacity(outputs.len());
         let mut now = self.now(load(self.time)?, self.now.as_ref());
         self.leaving = self.leaving.take().filter(|_| self.now.as_ref().is_some_and(|before| Rc::ptr_eq(before, &now)));
+        self.settle(&now.load, &now.given)?;
         if self.step <= 0.0 {
             self.step = self.first_step(&now);
         }
@@ -284,6 +288,16 @@ impl<'a> Motion<'a> {
         self.time = until;
         self.now = Some(now);
         Ok(readings)
+    }
+
+    /// Brings modes that store no heat into balance, which a jump of the condition upsets.
+    fn settle(&mut self, load: &Load, given: &ConstantTerms) -> Result<()> {
+        if self.storing.is_whole() {
+            return Ok(());
+        }
+        self.leaving = None;
+        let within = (SOLVED * self.tolerance, self.time);
+        self.level.settle(&self.storing, (load, given), within, &mut self.amplitudes, &mut self.temperatures)
     }
 
     /// A load with the parts of the equations that depend on it; taken from `known` if the load has not changed.
@@ -397,9 +411,10 @@ impl<'a> Motion<'a> {
             stations(network).zip(felt.iter()).for_each(|(station, felt)| walls[station.cells[0].0] = *felt);
             let passed = streams.carry(&|n| walls[n]);
             let beyond = level.beyond(given, &conductors(network, load, &t));
-            // The next step is predicted to be shorter by the last ratio.
+            // The next step is predicted to be shorter by the last ratio. A step may be small by chance, in directions that earlier
+            // steps did not take, so that none above the tolerance is the last one.
             let shrank = before_last.is_finite().then(|| (last / before_last).min(1.0));
-            if last * shrank.unwrap_or(factors.shrinks) < SOLVED * self.tolerance {
+            if last * shrank.unwrap_or(factors.shrinks).max(SOLVED) < SOLVED * self.tolerance {
                 let mut leaving = beyond + &given.constant;
                 leaving.gemv(1.0, &given.linear, &a, 1.0);
                 level.set_walls(network, &a, &mut t);
@@ -450,7 +465,7 @@ impl<'a> Motion<'a> {
     /// First step, s: no reading or temperature moves by more than a few tolerances in it.
     fn first_step(&self, now: &Now) -> f64 {
         let leaving = self.leaving(&self.amplitudes, &self.temperatures, now);
-        let rate = self.level.capacity.clone().lu().solve(&leaving).map_or(f64::INFINITY, |rate| self.level.largest(&rate));
+        let rate = self.level.largest(&self.storing.amplitudes(&leaving));
         if rate > 0.0 { (5.0 * self.tolerance / rate).clamp(SHORTEST, FIRST) } else { FIRST }
     }
 

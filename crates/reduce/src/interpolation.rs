@@ -66,6 +66,12 @@ impl OperatorFamily {
         Self { points, operators }
     }
 
+    /// A family of which all `count` members are evaluated.
+    pub(super) fn every(count: usize, operator: impl Fn(&[f64]) -> DMatrix<f64>) -> Self {
+        let of = |own: usize| operator(&(0..count).map(|k| if k == own { 1.0 } else { 0.0 }).collect::<Vec<_>>()).map(|o| o as f32);
+        Self { points: (0..count).collect(), operators: (0..count).map(of).collect() }
+    }
+
     /// Whether the family has an operator of this shape for each point, or none at all.
     pub(super) fn is_of(&self, shape: (usize, usize)) -> bool {
         (self.operators.is_empty() || self.operators.len() == self.points.len()) && self.operators.iter().all(|o| o.shape() == shape)

@@ -24,8 +24,10 @@ mod reduced_network;
 mod reference;
 mod run;
 mod sensitivity;
+mod shapes;
 mod stations;
 mod stored;
+mod storing;
 mod training_runs;
 mod water;
 

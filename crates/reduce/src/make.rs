@@ -236,7 +236,8 @@ impl Past {
             let moving = steady.beyond(&rises, &energy, most).modes;
             [steady.modes, moving].concat()
         };
-        let few = |count: usize| ((count as f64 * COARSE) as usize).max(1);
+        let share = if assembly.is_whole(basis.modes.len()) { 1.0 } else { COARSE };
+        let few = |count: usize| ((count as f64 * share) as usize).max(1);
         let coarse = enriched(basis.modes[..few(basis.modes.len()).min(basis.modes.len())].to_vec(), few(MODES_IN_TIME));
         let fine = enriched(basis.modes, MODES_IN_TIME);
         let all: Vec<Snapshot> = steady.iter().chain(&self.snapshots).cloned().collect();

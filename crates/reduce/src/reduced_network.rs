@@ -332,6 +332,19 @@ impl ReducedNetwork {
         &self.patterns * DVector::from_iterator(now.len(), beyond)
     }
 
+    /// Derivatives of the residual without the water with respect to the amplitudes, W/K.
+    pub(super) fn solid_jacobian(&self, given: &ConstantTerms, now: &[Conductor]) -> DMatrix<f64> {
+        let mut slopes = DMatrix::zeros(self.len(), now.len());
+        for (e, (now, tangent)) in now.iter().zip(&given.tangents).enumerate() {
+            let mut column = slopes.column_mut(e);
+            column.axpy(now.slope_a - tangent.slope_a, &self.ends[0].column(e), 0.0);
+            column.axpy(tangent.slope_b - now.slope_b, &self.ends[1].column(e), 1.0);
+        }
+        let mut jacobian = given.linear.clone();
+        jacobian.gemm(1.0, &self.patterns, &slopes.transpose(), 1.0);
+        jacobian
+    }
+
     /// Derivatives of the residual with respect to the amplitudes, the streams' coefficients held as they are, W/K.
     pub(super) fn jacobian(
         &self,
@@ -342,14 +355,7 @@ impl ReducedNetwork {
         now: &[Conductor],
     ) -> DMatrix<f64> {
         let n = self.len();
-        let mut jacobian = &given.linear + water.around.columns(0, n);
-        let mut slopes = DMatrix::zeros(n, now.len());
-        for (e, (now, tangent)) in now.iter().zip(&given.tangents).enumerate() {
-            let mut column = slopes.column_mut(e);
-            column.axpy(now.slope_a - tangent.slope_a, &self.ends[0].column(e), 0.0);
-            column.axpy(tangent.slope_b - now.slope_b, &self.ends[1].column(e), 1.0);
-        }
-        jacobian.gemm(1.0, &self.patterns, &slopes.transpose(), 1.0);
+        let mut jacobian = self.solid_jacobian(given, now) + water.around.columns(0, n);
         // Derivatives of the heat into the water at every station: by its own wall and, through the water, by the walls
         // upstream.
         let mut slopes = DMatrix::zeros(n, self.walls.ncols());
@@ -391,12 +397,6 @@ impl ReducedNetwork {
         all.map(|((sensor, rise), base)| base + rise + sensor.read(t, load)).collect()
     }
 
-    /// Amplitudes of one temperature (K) everywhere; `None` if the modes store no heat.
-    pub(super) fn uniform(&self, temperature: f64) -> Option<DVector<f64>> {
-        let stored = self.stored.column(0) * temperature - self.stored.column(1);
-        self.capacity.clone().lu().solve(&stored)
-    }
-
     /// Largest temperature in a combination of the modes, at the sampled nodes and in the readings, K.
     pub(super) fn largest(&self, a: &DVector<f64>) -> f64 {
         (&self.rows * a).amax().max(self.largest_reading(a))
@@ -405,14 +405,6 @@ impl ReducedNetwork {
     /// Largest change of a reading in a combination of the modes, K.
     pub(super) fn largest_reading(&self, a: &DVector<f64>) -> f64 {
         (&self.readings * a).amax()
-    }
-
-    /// Largest warming of a reading or a sampled node by a joule of each source that does not pass on, K/J.
-    pub(super) fn warming(&self) -> Vec<f64> {
-        let stored = self.capacity.clone().lu();
-        let of_source =
-            |shares: nalgebra::DVectorView<'_, f64>| stored.solve(&shares.into_owned()).map_or(0.0, |warmed| self.largest(&warmed));
-        self.sources.column_iter().map(of_source).collect()
     }
 
     /// The slowest time constant at a condition, s.

@@ -69,17 +69,19 @@ impl<'a> ReferenceNetwork<'a> {
         if snapshots.len() < FEWEST {
             return Err(Error::numerics("hardly any condition of the ranges has a steady state").help("narrow the ranges with --range"));
         }
-        let rises: Vec<Vec<f64>> = snapshots.iter().map(|s| s.rise.clone()).collect();
-        let basis = ModeBasis::of(&rises, &self.energy(), ((snapshots.len() as f64 * MODES_PER_STATE) as usize).max(2));
+        let (assembly, energy) = (self.assembly(), self.energy());
+        let (most, free) = (((snapshots.len() as f64 * MODES_PER_STATE) as usize).max(2), assembly.free());
+        let is_moving = snapshots.iter().any(|s| s.rise.iter().any(|rise| *rise != 0.0));
+        let whole = if free.len() <= most && is_moving { ModeBasis::whole(&free, self.network.solids, &energy) } else { None };
+        let basis = whole.unwrap_or_else(|| {
+            let rises: Vec<Vec<f64>> = snapshots.iter().map(|s| s.rise.clone()).collect();
+            ModeBasis::of(&rises, &energy, most)
+        });
         let fine = basis.modes.len();
         if fine == 0 {
             return Err(Error::input("no temperature follows the variables that vary").help("vary what the machine file's formulas name"));
         }
-        // Modes as many as the free nodes represent every state: nothing is left that fewer could show.
-        let held = self.network.fixed.iter().filter(|(node, _)| (*node as usize) < self.network.solids).count();
-        let is_whole = fine + held >= self.network.solids;
-        let coarse = if is_whole { fine } else { ((fine as f64 * COARSE) as usize).clamp(1, fine) };
-        let assembly = self.assembly();
+        let coarse = if assembly.is_whole(fine) { fine } else { ((fine as f64 * COARSE) as usize).clamp(1, fine) };
         let model = ReducedModel {
             machine: self.machine.clone(),
             parameters: Vec::new(),

@@ -83,11 +83,7 @@ impl ReducedModel {
                 let state = level.steady(network, &load, &nalgebra::DVector::zeros(level.len()))?;
                 Motion::from_steady(level, &load, state, from, tolerance)
             }
-            Beginning::Uniform(temperature) => {
-                let amplitudes = level.uniform(temperature);
-                let amplitudes = amplitudes.ok_or_else(|| Error::numerics("this machine stores no heat: it is steady at once"))?;
-                Motion::from_uniform(level, &load, amplitudes, temperature, from, tolerance)
-            }
+            Beginning::Uniform(temperature) => Motion::from_uniform(level, &load, temperature, from, tolerance)?,
         };
         let warming = level.warming();
         let (mut readings, mut path) = (vec![motion.read(&load)], Vec::with_capacity(stretches.len()));

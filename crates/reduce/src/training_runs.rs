@@ -26,6 +26,8 @@ const TOLERANCE: f64 = 0.001;
 /// Factor on the largest margin that a reading of the calibration needed, and least margin, both dimensionless.
 /// Chosen: larger covers more unseen histories, but widens every bound.
 const SAFETY: (f64, f64) = (2.0, 0.5);
+/// Steps of the search for the margin, a count: each leaves two thirds of the interval. Chosen: 120 reach rounding.
+const THIRDS: usize = 120;
 /// Error that the time steps of the full model leave open, K. Chosen to cover steps of [`TOLERANCE`] each.
 const FLOOR: f64 = 0.005;
 
@@ -78,6 +80,7 @@ impl HistoryPlan {
             Beginning::Steady => transient.from_steady(&first)?,
             Beginning::Uniform(temperature) => transient.uniform(&first, temperature),
         };
+        transient.settle(&mut state, &first)?;
         let mut run = TrainingRun { snapshots: Vec::new(), readings: Vec::new() };
         let mut take = |state: &TransientState, load: &Load| -> Result<()> {
             run.readings.push((state.time, network.sensors.iter().map(|s| s.read(&state.temperatures, load)).collect()));
@@ -128,7 +131,7 @@ impl HistoryPlan {
 /// # Errors
 /// The reduced model cannot follow one of them.
 pub(super) fn calibrated(model: &ReducedModel, checks: &[(HistoryPlan, TrainingRun)], made: usize) -> Result<HistoryBound> {
-    let mut needed: f64 = 0.0;
+    let mut needs = Vec::new();
     let mut courses = Vec::new();
     for (plan, run) in checks {
         let course = plan.reduced(model, run)?;
@@ -136,30 +139,43 @@ pub(super) fn calibrated(model: &ReducedModel, checks: &[(HistoryPlan, TrainingR
         for ((_, truth), (fine, coarse)) in run.readings.iter().zip(course.readings.iter().zip(&course.coarser)) {
             let own: Vec<f64> = fine.iter().zip(coarse).map(|(f, c)| (f - c).abs()).collect();
             largest = own.iter().copied().fold(largest, f64::max);
-            for ((t, f), d) in truth.iter().zip(fine).zip(&own) {
-                let error = (t - f).abs();
-                if error > FLOOR && largest > 0.0 {
-                    needed = needed.max((error - FLOOR - d) / largest);
-                }
-            }
+            let beyond = truth.iter().zip(fine).zip(&own).map(|((t, f), d)| (t - f).abs() - FLOOR - d);
+            needs.extend(beyond.map(|beyond| Need { beyond: SAFETY.0 * beyond.max(0.0), largest }));
         }
         courses.push(course);
     }
-    let mut found = HistoryBound {
-        margin: (SAFETY.0 * needed).max(SAFETY.1),
-        floor: FLOOR,
-        histories: made,
-        checks: checks.len(),
-        largest_error: 0.0,
-        largest_bound: 0.0,
-    };
-    for ((_, run), course) in checks.iter().zip(&courses) {
-        for ((_, truth), own) in run.readings.iter().zip(&course.readings) {
-            let errors = truth.iter().zip(own).map(|(t, f)| (t - f).abs());
-            found.largest_error = errors.fold(found.largest_error, f64::max);
-        }
-        let bounds = found.bounds(&course.readings, &course.coarser);
-        found.largest_bound = bounds.iter().flatten().copied().fold(found.largest_bound, f64::max);
+    let errors = checks.iter().zip(&courses).flat_map(|((_, run), course)| run.readings.iter().zip(&course.readings));
+    let largest = |(truth, own): (&(f64, Vec<f64>), &Vec<f64>)| truth.1.iter().zip(own).map(|(t, f)| (t - f).abs()).fold(0.0, f64::max);
+    let largest_error = errors.map(largest).fold(0.0, f64::max);
+    let (margin, further) = smallest(&needs);
+    // Both networks may agree and still be off together, by as much as was seen anywhere.
+    let floor = largest_error.max(FLOOR + further);
+    let found = HistoryBound { margin, floor, histories: made, checks: checks.len(), largest_error, largest_bound: 0.0 };
+    let bounds = courses.iter().flat_map(|course| found.bounds(&course.readings, &course.coarser)).flatten();
+    let largest_bound = bounds.fold(0.0, f64::max);
+    Ok(HistoryBound { largest_bound, ..found })
+}
+
+/// Part of a reading's error that neither the difference of the two networks there nor [`FLOOR`] explains.
+struct Need {
+    /// That part with its safety, K.
+    beyond: f64,
+    /// Largest difference of the two networks so far, K.
+    largest: f64,
+}
+
+/// Margin (dimensionless) and further floor (K) that cover all needs and add least to them on average. A margin alone would be
+/// without limit where an error stands beside networks that happen to agree.
+fn smallest(needs: &[Need]) -> (f64, f64) {
+    let further = |margin: f64| needs.iter().map(|need| need.beyond - margin * need.largest).fold(0.0, f64::max);
+    let mean = needs.iter().map(|need| need.largest).sum::<f64>() / needs.len().max(1) as f64;
+    // The sum is convex in the margin, and above this one the margin alone adds more than the floor alone would.
+    let most = needs.iter().map(|need| need.beyond).fold(0.0, f64::max) / mean.max(f64::MIN_POSITIVE);
+    let (mut low, mut high) = (SAFETY.1, SAFETY.1 + most.min(f64::MAX.sqrt()));
+    for _ in 0..THIRDS {
+        let third = (high - low) / 3.0;
+        let [left, right] = [low + third, high - third].map(|margin| margin * mean + further(margin));
+        if left <= right { high -= third } else { low += third }
     }
-    Ok(found)
+    (low, further(low))
 }

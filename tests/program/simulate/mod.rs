@@ -9,6 +9,7 @@ mod limits;
 mod passes;
 mod pipe;
 mod pulses;
+mod reduced;
 mod resume;
 mod schedules;
 mod start;

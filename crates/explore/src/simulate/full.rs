@@ -108,7 +108,7 @@ impl<'a> FullRun<'a> {
         let (state, recorder, fronts) = match known {
             Some((state, fronts, seen)) => (state, Recorder::resumed(schedule, stops, limits, seen), fronts),
             None => {
-                let state = initial(model, &transient, schedule, options, &first)?;
+                let state = initial(model, &mut transient, schedule, options, &first)?;
                 let steady = if options.only_temperatures {
                     Err("was not asked for".to_string())
                 } else {
@@ -323,7 +323,7 @@ fn read(network: &Network, temperatures: &[f64], load: &Load) -> Vec<f64> {
 /// State at the start of a schedule, whose load is `first`.
 fn initial(
     model: &MeshedMachine,
-    transient: &Transient<'_>,
+    transient: &mut Transient<'_>,
     schedule: &Schedule,
     options: &SimulateOptions,
     first: &Load,
@@ -332,7 +332,8 @@ fn initial(
         Beginning::Steady => transient.from_steady(first)?,
         Beginning::Uniform(temperature) => transient.uniform(first, temperature),
     };
-    for own in options.places.iter().copied().chain(own_starts(&model.machine, &schedule.stated(0))?) {
+    let places: Vec<_> = options.places.iter().copied().chain(own_starts(&model.machine, &schedule.stated(0))?).collect();
+    for own in &places {
         match own.place {
             StartPlace::Part(part) => transient.set_group(&mut state, part, own.temperature),
             StartPlace::Node(node) => transient.set_group(&mut state, model.machine.parts.len() + node, own.temperature),
@@ -340,6 +341,10 @@ fn initial(
         }
     }
     state.time = schedule.start();
+    // What stores no heat is in balance from the first reading on, unless the file or the command states where it begins.
+    if places.is_empty() {
+        transient.settle(&mut state, first)?;
+    }
     Ok(state)
 }
 

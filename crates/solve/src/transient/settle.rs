@@ -22,7 +22,10 @@ const MOST_NEWTON: usize = 50;
 
 impl Transient<'_> {
     /// Brings held nodes to their temperatures at the beginning of the load, and arithmetic nodes into balance.
-    pub(super) fn settle(&mut self, state: &mut TransientState, load: &Load) -> Result<()> {
+    ///
+    /// # Errors
+    /// They find no balance.
+    pub fn settle(&mut self, state: &mut TransientState, load: &Load) -> Result<()> {
         let network = self.network;
         network.hold(load, &mut state.temperatures);
         let is_held = |i: u32| network.fixed.iter().any(|(node, _)| *node == i);
