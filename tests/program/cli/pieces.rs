@@ -1,4 +1,4 @@
-//! An imported part in two pieces is said by every command that solves it.
+//! An imported part in two pieces is said by every command that solves it; nodes that only rounding leaves between held ends.
 
 use crate::common::{coldplate, json, scratch, write};
 
@@ -25,4 +25,28 @@ fn two_pieces_of_a_part_are_said() {
     let notes = json(&coldplate(&[&["solve", &machine, "--json"][..], &at].concat()))["notes"].to_string();
     assert!(notes.contains(said), "{notes}");
     assert!(String::from_utf8_lossy(&coldplate(&["check", &machine]).stdout).contains(said));
+}
+
+/// Two nodes between two held ones, through conductances from a milliwatt to a terawatt per kelvin: the balance that rounding leaves is
+/// the solution, however small or large the heat is that flows.
+#[test]
+fn held_ends_leave_a_steady_state_to_rounding() {
+    let folder = scratch("held-ends");
+    for (outer, inner) in [(1e-3, 1e6), (1.0, 1e9), (1e6, 1e-3), (1e9, 1.0), (1e12, 1e-3), (1e12, 1e12)] {
+        for (hot, power) in [(20.0, 0.0), (20.0, 1e-6), (20.000001, 0.0), (900.0, 0.0), (900.0, 1000.0)] {
+            let text = format!(
+                "name = \"held\"\n[node.hot]\ntemperature = \"{hot} degC\"\n[node.cold]\ntemperature = \"20 degC\"\n[node.a]\n[node.b]\n\
+                 [contact]\nx = {{ between = [\"hot\", \"a\"], total_conductance = \"{outer:e} W/K\" }}\n\
+                 y = {{ between = [\"a\", \"b\"], total_conductance = \"{inner:e} W/K\" }}\n\
+                 z = {{ between = [\"b\", \"cold\"], total_conductance = \"{outer:e} W/K\" }}\n\
+                 [source.s]\nin = \"a\"\npower = \"{power} W\"\n[sensor.a]\nnode = \"a\"\n"
+            );
+            let machine = write(&folder, "held.toml", text);
+            let found = json(&coldplate(&["solve", &machine, "--json"]));
+            let right = 1.0 / (1.0 / inner + 1.0 / outer);
+            let exact = 20.0 + (outer * (hot - 20.0) + power) / (outer + right);
+            let shown = found["sensors"]["a"].as_f64().unwrap();
+            assert!((shown - exact).abs() < 1e-6 * (exact - 20.0).abs().max(1.0), "{outer:e} {inner:e} {hot} {power}: {shown} {exact}");
+        }
+    }
 }
