@@ -79,6 +79,15 @@ impl Output {
         AS_LINES.store(true, Ordering::Relaxed);
     }
 
+    /// Says that the error of a mesh is not taken off `quantity`; nothing for lumped machines, which have no mesh.
+    pub fn note_on_mesh(self, quantity: &str, cells: usize) {
+        if cells > 0 {
+            self.note(&format!(
+                "note: {quantity} do not account for the error of the mesh of {cells} cells: `coldplate solve MACHINE.toml` states it"
+            ));
+        }
+    }
+
     /// Receives the progress of the library: remarks as lines, counted work as a bar.
     pub fn progress(self) -> TerminalProgress {
         TerminalProgress { output: self, bar: Mutex::new(None), spinner: Mutex::new(None) }

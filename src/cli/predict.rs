@@ -68,6 +68,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     data.notes.iter().for_each(|note| out.note(&format!("note: {note}")));
     let uncertainty = command_input::stated(args.data.as_deref(), &args.machine, &data, &study.model.machine)?;
     let faults = command_input::clear(&mut data, &study, &uncertainty, start, args.keep_all)?;
+    out.note_on_mesh("residuals", study.model.mesh.cells);
     let found = match args.readings.divided(&data, out)? {
         Some(divided) => PredictedReadings::held_out(&study, &divided, start)?,
         None => PredictedReadings::of(&study, data, start)?,

@@ -31,7 +31,7 @@ pub struct Args {
 /// # Errors
 /// Bad input, numerics that failed everywhere, or a folder that cannot be written.
 pub fn run(args: &Args, out: Output) -> Result<u8> {
-    let sweep = args.asked.open(&args.sweep)?;
+    let sweep = args.asked.open(&args.sweep, out)?;
     let folder = args.asked.folder(&args.sweep);
     keeps(&sweep, &folder);
     let more =

@@ -1,6 +1,7 @@
 //! The program as a user starts it, in the folder of the project, and what it answers.
 
-use std::path::PathBuf;
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use serde_json::Value;
@@ -8,7 +9,25 @@ use serde_json::Value;
 pub use coldplate_testing::{root, write};
 
 pub fn coldplate(args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_coldplate")).args(args).current_dir(root()).output().expect("the program starts")
+    coldplate_in(root(), args)
+}
+
+/// A run in a folder of its own.
+pub fn coldplate_in(folder: &Path, args: &[impl AsRef<OsStr>]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_coldplate")).args(args).current_dir(folder).output().expect("the program starts")
+}
+
+/// Copies a folder with its folders.
+pub fn copy_all(from: &Path, to: &Path) {
+    std::fs::create_dir_all(to).unwrap();
+    for entry in std::fs::read_dir(from).unwrap().map(Result::unwrap) {
+        let target = to.join(entry.file_name());
+        if entry.file_type().unwrap().is_dir() {
+            copy_all(&entry.path(), &target);
+        } else {
+            std::fs::copy(entry.path(), target).unwrap();
+        }
+    }
 }
 
 /// What was printed, of a run that succeeded.

@@ -1,5 +1,6 @@
 //! Families that run the program; tests/README.md has a table of all families.
 
+mod cases;
 mod chart;
 mod cli;
 mod common;

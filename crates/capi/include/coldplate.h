@@ -50,7 +50,8 @@ typedef struct {
     double high;
 } coldplate_entry;
 
-/* Standard deviations of a value: of the fit, of the machine's parameters, of what the model misses, of all of it. */
+/* Standard deviations of a value: of the fit and of the solver's mesh together, of the machine's parameters, of what the
+ * model misses, of all of it. */
 typedef struct {
     double fit;
     double parameters;

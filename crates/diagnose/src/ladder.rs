@@ -23,9 +23,10 @@ const ACCURACY: f64 = 1e-3;
 /// done in full.
 ///
 /// # Errors
-/// The machine as it is cannot be solved at the data's conditions.
+/// The machine has a controller, or as it is cannot be solved at the data's conditions.
 pub fn diagnose(problem: &Problem, progress: &dyn Progress) -> Result<Diagnosis> {
     let clock = Instant::now();
+    problem.study.model.machine.without_controllers("a diagnosis")?;
     let mut found = climbed(problem, progress)?;
     if let Some(off) = found.off_in_full.filter(|off| off.is_nan() || *off > ACCURACY) {
         progress.say(&format!("the reduced model is off by {off:.1e} K: everything again in full"));

@@ -386,6 +386,13 @@ pub struct Tried {
     pub visible: usize,
 }
 
+impl Tried {
+    /// Both numbers, as every output states them.
+    pub fn sentence(&self) -> String {
+        format!("{} causes that could show ({} tried)", self.visible, self.all)
+    }
+}
+
 /// The answer.
 #[derive(Debug, Clone)]
 pub struct Diagnosis {

@@ -83,7 +83,7 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
     let scales = Scales::of(data, &study.model.machine);
     let mut catalogue = hypotheses(study, data, &problem.user);
     catalogue.retain(|h| !problem.without.iter().any(|kind| kind == h.kind()));
-    progress.say(&format!("{} readings, {} causes that could act", data.count(), catalogue.len()));
+    progress.say(&format!("{} readings: slopes of every cause", data.count()));
     let mut base = Comparison::of(problem, study, &catalogue, &scales)?;
     let mut screened = base.screen(&catalogue, data);
     let misfit = decide::misfit_of(&screened, problem.seed);
@@ -98,6 +98,8 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
         }
         screened = base.screen(&catalogue, data);
     }
+    let tried = Tried { all: catalogue.len(), visible: screened.visible.len() };
+    progress.say(&tried.sentence());
     let prior = probability::prior(&screened, &catalogue);
     let predictor = Predictor {
         study,
@@ -260,7 +262,7 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
         level: answer.level,
         others: Others { nothing: outcome.posterior.nothing, something_else: outcome.posterior.something_else },
         set: answer.set,
-        tried: Tried { all: catalogue.len(), visible: screened.visible.len() },
+        tried,
         residuals: started_from,
         explained: rung.as_ref().map(|rung| rung.predicted.clone()),
         gain,

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use crate::faulty_readings::FaultRecord;
-use crate::identify::{Advice, Estimate, Free, IdentifyProblem, ParameterProfile, SearchEnd};
+use crate::identify::{self, Advice, Estimate, Free, IdentifyProblem, ParameterProfile, SearchEnd};
 use crate::measurement::{AccountRecord, Data, DividedData, whiten};
 use coldplate_base::error::Result;
 use coldplate_base::units::Measurand;
@@ -249,6 +249,19 @@ impl HeldOut {
     pub fn of(divided: &DividedData, [before, after]: [&Study; 2], predict: impl Fn(&Study, &Data) -> Result<Vec<f64>>) -> Result<Self> {
         let predicted = |study: &Study| divided.predicted(|data| predict(study, data));
         Ok(Self { data: divided.data(), before: predicted(before)?, after: predicted(after)?, words: divided.words.clone() })
+    }
+
+    /// Readings held out of an identification, with predictions of the machine before and of the one found: on an endlessly fine
+    /// mesh, if the numbers were found so.
+    ///
+    /// # Errors
+    /// Errors of the predictions, and of the machine with the numbers found.
+    pub fn identified(divided: &DividedData, problem: &IdentifyProblem, estimate: &Estimate) -> Result<Self> {
+        let predict = |study: &Study, data: &Data| match estimate.mesh.is_none() {
+            true => identify::values(study, data, problem.start),
+            false => identify::continued(study, data, problem.start),
+        };
+        Self::of(divided, [&problem.study, &problem.machine_at(&estimate.values)?], predict)
     }
 
     /// Root mean squares of the readings for which `keep` holds, by row and sensor.

@@ -183,6 +183,7 @@ impl PredictedReadings {
     pub fn record(&self, study: &Study) -> PredictRecord {
         let compared = |i: usize, own: Measurand| PredictedRecord::of(own, self.measured[i], self.predicted[i]);
         PredictRecord {
+            cells: study.model.mesh.cells,
             machine: study.model.machine.name.clone(),
             data: self.data.source.clone(),
             account: self.data.account(),
@@ -201,6 +202,8 @@ impl PredictedReadings {
 pub struct PredictRecord {
     pub machine: String,
     pub data: String,
+    /// Cells of the mesh that predicted; predictions hold the error of that mesh, and no band states it.
+    pub cells: usize,
     /// Account of the data: lines and readings that count, and those that do not.
     pub account: AccountRecord,
     /// Spread of all readings.

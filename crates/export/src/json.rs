@@ -90,11 +90,11 @@ pub(crate) fn facts(surrogate: &Surrogate<'_>) -> Vec<(&'static str, String)> {
         ),
         (
             "points",
-            list(
-                surrogate.points().map(|p| {
-                    object([member("name", text(p.name)), member("unit", text(p.unit)), member("half_width", number(p.half_width))])
-                }),
-            ),
+            list(surrogate.points().enumerate().map(|(k, p)| {
+                let mesh = surrogate.mesh_half_width(k).map(|half| member("mesh", number(half)));
+                let whole = [member("name", text(p.name)), member("unit", text(p.unit)), member("half_width", number(p.half_width))];
+                object(whole.into_iter().chain(mesh))
+            })),
         ),
         (
             "limits",

@@ -119,21 +119,23 @@ fn water(
     let k = data.sensors.iter().position(|s| *s == outlet.sensor)?;
     // The temperature at which the sensor shows the reading.
     let reading = problem.study.model.machine.sensors.get(outlet.sensor)?.shows.temperature(data.rows[r].readings[k]?);
-    let rate = state.solution.streams.get(outlet.stream)?.capacity_rate;
+    let inlet = *state.load.inlets.get(outlet.circuit)?;
+    let circuit = &problem.study.model.network.circuits.get(outlet.circuit)?.circuit;
+    let rate = |state: &SteadyState, reads: f64| {
+        Some(state.solution.streams.get(outlet.stream)?.mass_flow * circuit.liquid.mean_specific_heat(inlet, reads))
+    };
     let heat = |model: &MeshedMachine, state: &SteadyState| {
         let reads = model.network.sensors.get(outlet.sensor)?.read(&state.solution.temperatures, &state.load);
-        let rate = state.solution.streams.get(outlet.stream)?.capacity_rate;
-        Some(rate * (reads - state.load.inlets.get(outlet.circuit)?))
+        Some(rate(state, reads)? * (reads - inlet))
     };
-    let inlet = *state.load.inlets.get(outlet.circuit)?;
     let machine = &problem.study.model.machine;
     let at = machine.variables.iter().position(|v| v.name == COOLANT_TEMPERATURE);
     let own = problem.uncertainty.at(&data.rows[r].condition);
     let spread = problem.uncertainty.noise[k].hypot(problem.uncertainty.bias[k]).hypot(at.map_or(0.0, |v| own[v]));
     Some(WaterHeat {
-        circuit: problem.study.model.network.circuits.get(outlet.circuit)?.circuit.name.clone(),
-        measured: rate * (reading - inlet),
-        deviation: rate * spread,
+        circuit: circuit.name.clone(),
+        measured: rate(state, reading)? * (reading - inlet),
+        deviation: rate(state, reading)? * spread,
         before: heat(&problem.study.model, state)?,
         after: after.and_then(|(model, state)| heat(model, state)),
     })

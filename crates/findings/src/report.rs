@@ -164,10 +164,9 @@ fn significance(section: &mut ReportSection, found: &Findings<'_>) -> Result<()>
         section.paragraph(format!("{}.", capital(&words)));
     }
     section.paragraph(format!(
-        "Who looks at many causes finds one that fits by chance. {} causes were composed for this machine, {} of them could show in these data. \
+        "Who looks at many causes finds one that fits by chance. Here it is the best of {}. \
          In {SIMULATIONS} sets of pure noise, the best of them did as well as here with a probability of {}{:.1e}.",
-        found.diagnosis.tried.all,
-        found.diagnosis.tried.visible,
+        found.diagnosis.tried.sentence(),
         if misfit.look_elsewhere * ((SIMULATIONS + 1) as f64) < 1.5 { "at most " } else { "" },
         misfit.look_elsewhere
     ));

@@ -176,9 +176,11 @@ pub fn slices(surrogate: &Surrogate<'_>, variable: usize, x: &[f64], points: &[u
     }
     let unit = surrogate.points().next().map_or("degC", |p| p.unit).to_string();
     let title = format!("Temperatures against {}", quantity(surrogate, variable).name.replace('_', " "));
-    let shaded = match surrogate.uncertainty() {
-        Some(_) => "band that holds the machine's temperature with 95 %: fit, parameters, what the model misses",
-        None => "band that covers 95 % of new conditions",
+    let shaded = match (surrogate.uncertainty(), surrogate.mesh_half_width(0)) {
+        (Some(_), Some(_)) => "band that holds the machine's temperature with 95 %: fit, mesh, parameters, what the model misses",
+        (Some(_), None) => "band that holds the machine's temperature with 95 %: fit, parameters, what the model misses",
+        (None, Some(_)) => "band that covers 95 % of new conditions: fit and mesh",
+        (None, None) => "band that covers 95 % of new conditions",
     };
     let notes = vec![format!("Lines: surrogate; shaded: {shaded}.")];
     let whole = OneFactorFigure {

@@ -100,10 +100,11 @@ pub fn fixed(machine: &Machine, values: &[(usize, f64)]) -> Fixed {
         .collect()
 }
 
-/// How many readings lie inside the band, in words.
-fn inside(rows: &[CheckedReading]) -> String {
+/// How many readings lie inside the band, in words; the band holds the error of the mesh if it is known.
+fn inside(rows: &[CheckedReading], has_mesh: bool) -> String {
     let inside = rows.iter().filter(|row| row.is_inside()).count();
-    format!("{inside} of {} readings lie inside the band of what the machine file leaves open, with their own uncertainty.", rows.len())
+    let open = if has_mesh { "the machine file and the mesh leave" } else { "the machine file leaves" };
+    format!("{inside} of {} readings lie inside the band of what {open} open, with their own uncertainty.", rows.len())
 }
 
 /// Solves one measured state.
@@ -119,6 +120,7 @@ pub fn one(study: &Study, measurement: &Measurement) -> Result<CheckedState> {
     let shown = |(sensor, at): (&Sensor, f64)| sensor.measurand().shown(sensor.shows.settled(at));
     let predicted: Vec<f64> = model.machine.sensors.iter().zip(model.read(&state)).map(shown).collect();
     let mesh = model.mesh_errors(&condition, &state).ok().flatten().map_or_else(Vec::new, |found| found.errors);
+    let has_mesh = !mesh.is_empty();
     let mut bands = bands(study, &condition, &state)?;
     bands.iter_mut().zip(mesh).for_each(|(band, mesh)| *band = band.hypot(mesh));
     let rows: Vec<CheckedReading> = measurement
@@ -154,7 +156,7 @@ pub fn one(study: &Study, measurement: &Measurement) -> Result<CheckedState> {
         other_name: "published simulation".into(),
         fixed: fixed.clone(),
         notes: vec![
-            inside(&rows),
+            inside(&rows, has_mesh),
             "The machine file as it stands; its assumptions say which numbers were chosen with readings in view.".into(),
         ],
     };

@@ -199,6 +199,8 @@ pub struct SteadyRecord {
     pub limits: Vec<ReducedLimitRecord>,
     /// Whether condition and parameters are within the ranges of the training.
     pub in_range: bool,
+    /// Cells of the full model's mesh; bounds do not hold the error of that mesh.
+    pub cells: usize,
     /// Modes that answered.
     pub modes: usize,
     /// Steps of the iteration.
@@ -338,6 +340,7 @@ impl<'m> ReducedSolution<'m> {
             coolant: streams.collect(),
             limits: limit_states(&self.model.machine, &answer.readings, self.condition.si()).iter().map(limit).collect(),
             in_range: answer.in_range,
+            cells: self.model.made.cells,
             modes: self.model.coarse.len(),
             newton_iterations: answer.state.steps,
             field_error_K: self.model.field.as_ref().map(|field| field.largest_error),

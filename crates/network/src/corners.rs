@@ -133,6 +133,7 @@ fn driving<'m>(machine: &'m Machine, warming: &[f64], all: &[Enclosure]) -> Vec<
             BranchFlow::Share(number) | BranchFlow::Flow(number) => share(number),
         }));
     }
+    found.extend(machine.controllers.iter().map(|controller| kelvin(&controller.set_point)));
     for (source, warming) in machine.sources.iter().zip(warming) {
         let warming = source.volume.unwrap_or(1.0) * warming;
         // Nodes without capacity follow their heat at once, whatever its course.

@@ -12,6 +12,7 @@
 
 pub mod block;
 mod build;
+mod control;
 mod coolant;
 mod corners;
 mod crossing;
@@ -26,6 +27,7 @@ pub mod stream;
 pub mod surface;
 
 pub use block::Block;
+pub use control::ControlLoop;
 pub use corners::{Corner, Corners};
 pub use crossing::{Crossing, JointState};
 pub use enclosure::EnclosureViews;
@@ -96,6 +98,8 @@ pub struct Network {
     pub chamber: Option<u32>,
     /// View factors of each enclosure.
     pub enclosures: Vec<EnclosureViews>,
+    /// Controllers, in the machine's order.
+    pub loops: Vec<ControlLoop>,
     /// Sensors: weights over nodes.
     pub sensors: Vec<SensorTerm>,
     /// Names of the sensors.

@@ -23,8 +23,12 @@ pub struct Load {
     pub boundaries: Vec<BoundaryState>,
     /// Factor on the conductance of each contact of the machine.
     pub contacts: ContactFactors,
-    /// Power of each source, W.
+    /// Power of each source, W: the stated one times the share that its controller gives.
     pub powers: Vec<f64>,
+    /// Stated power of each source, W, of which a controller gives a share.
+    pub full_powers: Vec<f64>,
+    /// Set point of each controller, K.
+    pub set_points: Vec<f64>,
     /// Volume flow into each circuit, m³/s.
     pub flows: Vec<f64>,
     /// Inlet temperature of each circuit, K. For a circuit fed by others: the flow-weighted inlet temperature of those circuits, used
@@ -107,7 +111,10 @@ impl Load {
             })
             .collect::<Result<_>>()?;
         let contacts = ContactFactors(contacts);
-        let powers = machine.sources.iter().map(|s| Ok(s.power.evaluate(&values)? * s.volume.unwrap_or(1.0))).collect::<Result<_>>()?;
+        let powers: Vec<f64> =
+            machine.sources.iter().map(|s| Ok(s.power.evaluate(&values)? * s.volume.unwrap_or(1.0))).collect::<Result<_>>()?;
+        let set_point = |c: &coldplate_describe::machine::Controller| positive(c.set_point.evaluate(&values)?, "an absolute temperature");
+        let set_points = machine.controllers.iter().map(set_point).collect::<Result<_>>()?;
         let supplies = machine.supplies(&values)?;
         let (flows, inlets) = supplies.into_iter().map(|supply| (supply.flow, supply.temperature)).unzip();
         let branches = machine.circuits.iter().map(|c| given_branches(c, &values)).collect::<Result<_>>()?;
@@ -123,7 +130,9 @@ impl Load {
             gas,
             boundaries,
             contacts,
+            full_powers: powers.clone(),
             powers,
+            set_points,
             flows,
             inlets,
             branches,

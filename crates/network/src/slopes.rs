@@ -2,12 +2,12 @@
 //! temperatures.
 //!
 //! The states of a circuit's streams depend on the temperatures through few numbers: the mean water and the mean wall temperature of
-//! each stream, and where the wall's conductivity is a table, the mean cell temperature of each station. With such a number m = v·T the
+//! each stream, the temperature of the water that leaves it, and where the wall's conductivity is a table, the mean cell temperature of each station. With such a number m = v·T the
 //! derivative of the residual R is the rank-one matrix u vᵀ, u = dR/dm; their sum is left out of the station-by-station Jacobian.
 
 use std::collections::BTreeMap;
 
-use super::stream::members;
+use super::stream::{StreamMeans, members};
 use super::{Load, NONE, Network, StreamState};
 use coldplate_base::error::Result;
 
@@ -17,6 +17,24 @@ const STEP: f64 = 0.05;
 /// Four-point central difference: places in units of the step, and weights over the step (dimensionless); exact for polynomials of
 /// degree four.
 pub const STENCIL: [(f64, f64); 4] = [(-2.0, 1.0 / 12.0), (-1.0, -8.0 / 12.0), (1.0, 8.0 / 12.0), (2.0, -1.0 / 12.0)];
+
+/// One of the means of a stream.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Moved {
+    Wall,
+    Water,
+    Leaving,
+}
+
+impl Moved {
+    fn of(self, means: &mut StreamMeans) -> &mut f64 {
+        match self {
+            Self::Wall => &mut means.wall,
+            Self::Water => &mut means.water,
+            Self::Leaving => &mut means.leaving,
+        }
+    }
+}
 
 /// The matrix u vᵀ.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -34,7 +52,7 @@ impl Network {
     /// Errors of [`Network::stream_states`].
     pub fn stream_slopes(&self, load: &Load, states: &[StreamState], temperatures: &[f64]) -> Result<Vec<RankOne>> {
         let mut found = Vec::new();
-        let means: Vec<(f64, f64)> = self.streams.iter().map(|s| s.mean_temperatures(temperatures)).collect();
+        let means: Vec<StreamMeans> = self.streams.iter().map(|s| s.means(temperatures)).collect();
         for (c, tree) in self.circuits.iter().enumerate() {
             if load.flows[c] == 0.0 {
                 continue; // water at rest exchanges nothing
@@ -42,14 +60,10 @@ impl Network {
             // Circuits fed by a circuit follow its split.
             let circuits = self.downstream(c);
             for s in members(&tree.layout) {
-                for is_water in [false, true] {
+                for moved in [Moved::Wall, Moved::Water, Moved::Leaving] {
                     let shifted = |by: f64| {
                         let mut means = means.clone();
-                        if is_water {
-                            means[s].1 += by
-                        } else {
-                            means[s].0 += by
-                        }
+                        *moved.of(&mut means[s]) += by;
                         let mut states = states.to_vec();
                         let all = circuits.iter().try_for_each(|c| self.circuit_states(*c, load, temperatures, &means, &mut states));
                         all.map(|()| states)
@@ -67,7 +81,7 @@ impl Network {
                     let largest = rows.values().fold(0.0, |m: f64, r: &f64| m.max(r.abs()));
                     let rows: Vec<(u32, f64)> = rows.into_iter().filter(|(_, r)| r.abs() > 1e-14 * largest).collect();
                     if largest > 0.0 {
-                        found.push(RankOne { rows, weights: self.mean_weights(s, is_water) });
+                        found.push(RankOne { rows, weights: self.mean_weights(s, moved) });
                     }
                 }
                 self.wall_slopes(s, load, states, temperatures, &mut found);
@@ -76,14 +90,17 @@ impl Network {
         Ok(found)
     }
 
-    /// Weights of a stream's mean water or mean wall temperature.
-    fn mean_weights(&self, s: usize, is_water: bool) -> Vec<(u32, f64)> {
+    /// Weights of the nodes' temperatures in one of a stream's means.
+    fn mean_weights(&self, s: usize, mean: Moved) -> Vec<(u32, f64)> {
         let stream = &self.streams[s];
+        if mean == Moved::Leaving {
+            return vec![(stream.outlet(), 1.0)];
+        }
         let total: f64 = stream.stations.iter().map(|station| station.length).sum();
         let mut weights = BTreeMap::new();
         for (k, station) in stream.stations.iter().enumerate() {
             let share = station.length / total;
-            if is_water {
+            if mean == Moved::Water {
                 weights.insert(stream.first_node + k as u32, share);
             } else {
                 for (cell, w) in &station.cells {

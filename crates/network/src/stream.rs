@@ -56,20 +56,34 @@ pub struct CircuitTree {
     pub layout: Layout,
 }
 
+/// Temperatures (K) through which the state of a stream depends on those of the nodes.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct StreamMeans {
+    /// Mean of the wall, weighted by length.
+    pub wall: f64,
+    /// Mean of the water, weighted by length.
+    pub water: f64,
+    /// Water that leaves the last station.
+    pub leaving: f64,
+}
+
 /// The state of a stream at one condition and one estimate of the temperatures.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct StreamState {
-    /// Heat capacity rate rho q c, W/K.
+    /// Heat capacity rate m c, W/K, with the mean specific heat between the water that enters the channel and the water that leaves it:
+    /// times the rise of the temperature it is the rise of the enthalpy.
     pub capacity_rate: f64,
+    /// Mass flow, kg/s.
+    pub mass_flow: f64,
     /// Volume flow, m³/s.
     pub flow: f64,
-    /// Weight of each upstream stream in the inlet mixture.
+    /// Weight of each upstream stream's temperature in the inlet mixture, such that enthalpy is conserved.
     pub mixture: Vec<f64>,
     /// For each station the exchange C (1 - exp(-UA/C)), W/K.
     pub exchange: Vec<f64>,
     /// For each station the conductance between water and cells, UA, W/K.
     pub conductance: Vec<f64>,
-    /// Heat capacity of a cubic metre of water at the inlet, J/(m³ K).
+    /// Heat capacity of a cubic metre, J/(m³ K): density at the inlet, mean specific heat of the channel.
     pub volumetric_capacity: f64,
     /// Heat of viscous dissipation per metre, W/m.
     pub dissipation: f64,
@@ -83,6 +97,21 @@ pub struct StreamState {
     pub note: Option<&'static str>,
 }
 
+/// Rounds of a mixture's temperature. Chosen: far above the dozen that the specific heats of liquids take to rounding.
+const MOST_MIXING_ROUNDS: usize = 50;
+
+/// The liquid that a stream carries.
+struct Carried {
+    /// Properties at the mean temperature of the water.
+    liquid: LiquidProperties,
+    /// Mass flow, kg/s.
+    mass_flow: f64,
+    /// Mean specific heat between inlet and outlet of the channel, J/(kg K).
+    specific_heat: f64,
+    /// Density at the circuit's inlet, kg/m³.
+    inlet_density: f64,
+}
+
 /// Largest pressure drop of a channel without a remark, Pa. Chosen: above every pump of a cooling circuit.
 const LARGEST_DROP: f64 = 5e6;
 
@@ -92,8 +121,8 @@ impl Stream {
         self.first_node + self.stations.len() as u32 - 1
     }
 
-    /// Mean wall-side (cell) temperature and mean water temperature (K), weighted by length.
-    pub fn mean_temperatures(&self, temperatures: &[f64]) -> (f64, f64) {
+    /// The temperatures (K) through which the state of the stream depends on those of the nodes; the wall is on the side of the cells.
+    pub fn means(&self, temperatures: &[f64]) -> StreamMeans {
         let (mut wall, mut water, mut length) = (0.0, 0.0, 0.0);
         for (k, station) in self.stations.iter().enumerate() {
             let cells: f64 = station.cells.iter().map(|(n, w)| w * temperatures[*n]).sum();
@@ -101,7 +130,7 @@ impl Stream {
             water += self.water_weights.get(k).unwrap_or(&station.length) * temperatures[self.first_node as usize + k];
             length += station.length;
         }
-        (wall / length, water / length)
+        StreamMeans { wall: wall / length, water: water / length, leaving: temperatures[self.outlet() as usize] }
     }
 
     /// Share of a station's exchange that each of its cells has: proportional to the wall it holds.
@@ -116,7 +145,7 @@ impl Network {
     /// # Errors
     /// Water outside its property range, or a flow split that does not converge; both name the circuit.
     pub fn stream_states(&self, load: &Load, temperatures: &[f64]) -> Result<Vec<StreamState>> {
-        let means: Vec<(f64, f64)> = self.streams.iter().map(|s| s.mean_temperatures(temperatures)).collect();
+        let means: Vec<StreamMeans> = self.streams.iter().map(|s| s.means(temperatures)).collect();
         let mut states = vec![StreamState::default(); self.streams.len()];
         for circuit in 0..self.circuits.len() {
             self.circuit_states(circuit, load, temperatures, &means, &mut states)?;
@@ -124,8 +153,8 @@ impl Network {
         Ok(states)
     }
 
-    /// The states of one circuit's streams, with the mean (wall, water) temperatures of all streams given apart
-    /// from the temperatures themselves: films, water properties and flow split depend on the means alone.
+    /// The states of one circuit's streams, with the means of all streams given apart from the temperatures themselves:
+    /// films, water properties, flow split and mixing depend on the means alone.
     ///
     /// # Errors
     /// Errors of [`Network::stream_states`].
@@ -134,7 +163,7 @@ impl Network {
         c: usize,
         load: &Load,
         temperatures: &[f64],
-        means: &[(f64, f64)],
+        means: &[StreamMeans],
         states: &mut [StreamState],
     ) -> Result<()> {
         let tree = &self.circuits[c];
@@ -145,41 +174,75 @@ impl Network {
                 if e.kind() == Kind::Input { e.at_key(key) } else { e }
             })
         };
-        let inlet = self.entering_liquid(c, load, &at)?;
+        let density = self.entering_density(c, load, &at)?;
         let (low, high) = tree.circuit.liquid.range();
         let total = load.flows[c];
         // Mass is conserved along the circuit; volume flow is stated at the inlet.
-        let mass_flow = total * inlet.density;
+        let mass_flow = total * density;
         let mut flows = vec![0.0; self.streams.len()];
         let mut liquids = vec![None; self.streams.len()];
         for s in members(&tree.layout) {
-            let (_, water) = means[s];
             // Water at rest carries nothing, at any temperature. On the way to a solution the mean may stray; `Network::check_coolant`
             // refuses a solution outside the range.
-            let mean = if total > 0.0 { water.clamp(low, high) } else { load.inlets[c] };
+            let mean = if total > 0.0 { means[s].water.clamp(low, high) } else { load.inlets[c] };
             liquids[s] = Some(at(mean)?);
         }
-        let split = Split { network: self, given: &load.branches[c], density: inlet.density, liquids: &liquids };
+        let split = Split { network: self, given: &load.branches[c], density, liquids: &liquids };
         split.distribute(&tree.layout, mass_flow, &mut flows).map_err(|e| e.at_key(format!("circuit.{name}.layout")))?;
         for s in members(&tree.layout) {
             let Some(liquid) = liquids[s] else { continue };
-            states[s] = self.stream_state(s, load, inlet, liquid, means[s].0, temperatures, &flows, states)?;
+            let (entering, mixture) = self.mixture(s, load, &flows, means, states);
+            let carried = Carried {
+                liquid,
+                mass_flow: flows[s],
+                specific_heat: tree.circuit.liquid.mean_specific_heat(entering, means[s].leaving),
+                inlet_density: density,
+            };
+            states[s] = self.stream_state(s, load, &carried, mixture, means[s].wall, temperatures)?;
         }
         Ok(())
     }
 
-    /// The liquid that enters a circuit: its density and specific heat are such that inflow from other circuits keeps its volume, mass
-    /// and enthalpy.
-    fn entering_liquid(&self, c: usize, load: &Load, at: &impl Fn(f64) -> Result<LiquidProperties>) -> Result<LiquidProperties> {
-        let own = at(load.inlets[c])?;
-        let (mut volume, mut mass, mut capacity) = (0.0, 0.0, 0.0);
+    /// Density (kg/m³) at the inlet of a circuit, such that inflow from other circuits keeps its volume and mass.
+    fn entering_density(&self, c: usize, load: &Load, at: &impl Fn(f64) -> Result<LiquidProperties>) -> Result<f64> {
+        let own = at(load.inlets[c])?.density;
+        let (mut volume, mut mass) = (0.0, 0.0);
         for feeder in self.circuits[c].circuit.intake.feeders() {
-            let liquid = self.entering_liquid(*feeder, load, at)?;
             volume += load.flows[*feeder];
-            mass += load.flows[*feeder] * liquid.density;
-            capacity += load.flows[*feeder] * liquid.density * liquid.specific_heat;
+            mass += load.flows[*feeder] * self.entering_density(*feeder, load, at)?;
         }
-        if volume == 0.0 { Ok(own) } else { Ok(LiquidProperties { density: mass / volume, specific_heat: capacity / mass, ..own }) }
+        Ok(if volume == 0.0 { own } else { mass / volume })
+    }
+
+    /// Temperature (K) of the water that enters a stream, and the weights of the upstream streams' temperatures in it, from the mass
+    /// flows (kg/s) of its own circuit: sum m_i (h(T_i) - h(T)) = 0.
+    fn mixture(&self, s: usize, load: &Load, flows: &[f64], means: &[StreamMeans], states: &[StreamState]) -> (f64, Vec<f64>) {
+        let stream = &self.streams[s];
+        let leaving = |u: &usize| means[*u].leaving;
+        let brings = |u: &usize| if self.streams[*u].circuit == stream.circuit { flows[*u] } else { states[*u].mass_flow };
+        let masses: Vec<f64> = match stream.upstream.iter().map(brings).sum::<f64>() {
+            flow if flow > 0.0 => stream.upstream.iter().map(|u| brings(u) / flow).collect(),
+            _ => vec![1.0 / stream.upstream.len() as f64; stream.upstream.len()],
+        };
+        let mixed = |weights: &[f64]| weights.iter().zip(&stream.upstream).map(|(w, u)| w * leaving(u)).sum::<f64>();
+        let mut found = match stream.upstream.len() {
+            0 => return (load.inlets[stream.circuit], masses),
+            1 => return (mixed(&masses), masses),
+            _ => (mixed(&masses), masses.clone()),
+        };
+        let liquid = &self.circuits[stream.circuit].circuit.liquid;
+        // Each round gains a factor of the specific heats' relative difference; the first that changes nothing is the last.
+        for _ in 0..MOST_MIXING_ROUNDS {
+            let heats: Vec<f64> =
+                masses.iter().zip(&stream.upstream).map(|(m, u)| m * liquid.mean_specific_heat(leaving(u), found.0)).collect();
+            let all: f64 = heats.iter().sum();
+            let weights: Vec<f64> = heats.into_iter().map(|heat| heat / all).collect();
+            let before = std::mem::replace(&mut found, (mixed(&weights), weights)).0;
+            if (found.0 - before).abs() <= f64::EPSILON * before {
+                break;
+            }
+        }
+        found
     }
 
     /// A circuit and all that it feeds, directly or by way of others, in their order.
@@ -225,21 +288,18 @@ impl Network {
         1.0 / ((film_resistance + spread).max(0.2 * film_resistance) + scale)
     }
 
-    #[allow(clippy::too_many_arguments)]
     fn stream_state(
         &self,
         index: usize,
         load: &Load,
-        inlet: LiquidProperties,
-        liquid: LiquidProperties,
+        carried: &Carried,
+        mixture: Vec<f64>,
         wall: f64,
         temperatures: &[f64],
-        flows: &[f64],
-        states: &[StreamState],
     ) -> Result<StreamState> {
+        let Carried { liquid, mass_flow, .. } = *carried;
         let stream = &self.streams[index];
         let circuit = &self.circuits[stream.circuit].circuit;
-        let mass_flow = flows[index];
         let flow = mass_flow / liquid.density;
         let velocity = flow / (std::f64::consts::PI / 4.0 * stream.diameter * stream.diameter);
         let reynolds = liquid.density * velocity * stream.diameter / liquid.viscosity;
@@ -250,8 +310,7 @@ impl Network {
         let (film, note) = stream.film_coefficient(&state, load)?;
         let drop = stream.pressure_drop(mass_flow, liquid);
         let note = note.or((drop > LARGEST_DROP).then_some("its pressure drop is above 50 bar, more than pumps of cooling circuits give"));
-        // One capacity rate along the whole circuit, so that enthalpy is conserved to rounding.
-        let rate = mass_flow * inlet.specific_heat;
+        let rate = mass_flow * carried.specific_heat;
         let conductance: Vec<f64> = stream.stations.iter().map(|k| self.station_conductance(stream, k, film, temperatures)).collect();
         let of_station = |ua: f64| if rate > 0.0 { -rate * (-ua / rate).exp_m1() } else { 0.0 };
         // Most stations of a channel are alike.
@@ -263,23 +322,15 @@ impl Network {
             last.1
         };
         let exchange = conductance.iter().map(alike).collect();
-        let volumetric_capacity = inlet.density * inlet.specific_heat;
-        // Within a circuit one capacity rate belongs to each kilogram; water from others brings its own.
-        let brings = |u: &usize| if self.streams[*u].circuit == stream.circuit { flows[*u] } else { states[*u].capacity_rate };
-        let upstream_flow: f64 = stream.upstream.iter().map(brings).sum();
-        let mixture = stream
-            .upstream
-            .iter()
-            .map(|u| if upstream_flow > 0.0 { brings(u) / upstream_flow } else { 1.0 / stream.upstream.len() as f64 })
-            .collect();
         let dissipation = if circuit.dissipation { drop * flow / stream.length } else { 0.0 };
         Ok(StreamState {
             capacity_rate: rate,
+            mass_flow,
             flow,
             mixture,
             exchange,
             conductance,
-            volumetric_capacity,
+            volumetric_capacity: carried.inlet_density * carried.specific_heat,
             dissipation,
             reynolds,
             film,

@@ -63,7 +63,18 @@ pub struct CurvePoint {
     pub value: f64,
 }
 
+/// Gauss's rule of three points: places in half lengths from the middle, and weights; dimensionless.
+const GAUSS: [(f64, f64); 3] = [(-0.774_596_669_241_483_4, 5.0 / 9.0), (0.0, 8.0 / 9.0), (0.774_596_669_241_483_4, 5.0 / 9.0)];
+
 impl PropertyCurve {
+    /// Temperatures (K) of the points.
+    fn places(&self) -> Vec<f64> {
+        match self {
+            Self::Constant(_) => Vec::new(),
+            Self::Points(points) => points.iter().map(|p| p.temperature).collect(),
+        }
+    }
+
     /// Range of temperatures (K) of the curve.
     fn range(&self) -> (f64, f64) {
         match self {
@@ -133,12 +144,43 @@ impl Liquid {
     pub fn at(&self, temperature: f64) -> Result<LiquidProperties> {
         match self {
             Self::Water => water(temperature),
-            Self::PaperWater => Ok(LiquidProperties { density: 1000.0, specific_heat: 4200.0, ..water(temperature)? }),
+            Self::PaperWater => Ok(LiquidProperties { density: 1000.0, specific_heat: water::PAPER_SPECIFIC_HEAT, ..water(temperature)? }),
             &Self::Constant { density, specific_heat, viscosity, conductivity } => {
                 Ok(LiquidProperties { density, specific_heat, viscosity, conductivity })
             }
             Self::Table(table) => table.at(temperature),
         }
+    }
+
+    /// Mean specific heat (J/(kg K)) between two temperatures (K): the difference of their enthalpies over the difference of the
+    /// temperatures, in the limit the specific heat itself. Beyond [`Liquid::range`] the specific heat keeps its value at the end.
+    ///
+    /// The specific heat is a polynomial between the ends of its fits, or straight between the points of its table. Three points of
+    /// Gauss integrate polynomials of degree five without error, and no enthalpies cancel.
+    pub fn mean_specific_heat(&self, one: f64, other: f64) -> f64 {
+        let ends: Vec<f64> = match self {
+            Self::PaperWater => return water::PAPER_SPECIFIC_HEAT,
+            Self::Constant { specific_heat, .. } => return *specific_heat,
+            Self::Water => water::joins().to_vec(),
+            Self::Table(table) => table.specific_heat.places(),
+        };
+        let (low, high) = self.range();
+        let at = |t: f64| match self {
+            Self::Table(table) => table.specific_heat.straight(t.clamp(low, high)),
+            _ => water::specific_heat(t.clamp(low, high)),
+        };
+        let (from, to) = (one.min(other), one.max(other));
+        if to <= from {
+            return at(from);
+        }
+        let mut cuts: Vec<f64> = ends.into_iter().chain([low, high]).filter(|t| *t > from && *t < to).collect();
+        cuts.extend([from, to]);
+        cuts.sort_by(f64::total_cmp);
+        let integral = |piece: &[f64]| {
+            let (middle, half) = (f64::midpoint(piece[0], piece[1]), 0.5 * (piece[1] - piece[0]));
+            half * GAUSS.iter().map(|(place, weight)| weight * at(middle + place * half)).sum::<f64>()
+        };
+        cuts.windows(2).map(integral).sum::<f64>() / (to - from)
     }
 
     /// Range of temperatures (K) at which the properties are known.

@@ -69,12 +69,33 @@ pub fn water(temperature: f64) -> Result<LiquidProperties> {
             .read(format_args!("{celsius:.2} degC"))
             .help("stay between 0 and 150 degC, or describe the liquid by a [fluid.NAME] of its own"));
     }
-    let [density, specific_heat, log_viscosity, conductivity] = match celsius {
-        t if t < 5.0 => COLD.map(|fit| polynomial(&fit, (5.0 - t) / 5.0)),
-        t if t <= 40.0 => MILD.map(|fit| polynomial(&fit, (t - 22.5) / 17.5)),
-        t => HOT.map(|fit| polynomial(&fit, (t - 40.0) / 110.0)),
-    };
+    let [density, specific_heat, log_viscosity, conductivity] = [0, 1, 2, 3].map(|property| fit(property, celsius));
     Ok(LiquidProperties { density, specific_heat, viscosity: log_viscosity.exp(), conductivity })
+}
+
+/// Specific heat of the source paper's water, J/(kg K).
+pub(crate) const PAPER_SPECIFIC_HEAT: f64 = 4200.0;
+
+/// Specific heat (J/(kg K)) of liquid water at a temperature (K) within the range.
+pub(crate) fn specific_heat(temperature: f64) -> f64 {
+    fit(1, temperature - ZERO_CELSIUS)
+}
+
+/// Temperatures (K) at which the polynomials join.
+pub(crate) fn joins() -> [f64; 2] {
+    JOINS.map(|t| t + ZERO_CELSIUS)
+}
+
+/// Temperatures at which the polynomials join, degC.
+const JOINS: [f64; 2] = [5.0, 40.0];
+
+/// A property (0: density, 1: specific heat, 2: ln viscosity, 3: conductivity) at a temperature in degC.
+fn fit(property: usize, celsius: f64) -> f64 {
+    match celsius {
+        t if t < JOINS[0] => polynomial(&COLD[property], (5.0 - t) / 5.0),
+        t if t <= JOINS[1] => polynomial(&MILD[property], (t - 22.5) / 17.5),
+        t => polynomial(&HOT[property], (t - 40.0) / 110.0),
+    }
 }
 
 /// Coefficients below 5 degC, in powers of (5 - T/degC)/5: density, specific heat, ln viscosity, conductivity (SI).

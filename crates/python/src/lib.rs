@@ -5,6 +5,7 @@
 
 mod errors;
 mod pipeline;
+mod readings;
 mod reduced;
 mod surrogate;
 mod table;

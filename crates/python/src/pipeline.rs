@@ -1,6 +1,6 @@
 //! From machine file to diagnosis: each function corresponds to a command and returns the command's JSON.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 use coldplate::{FitOptions, MeshedMachine, Progress, Study, Sweep, SweepOptions};
@@ -9,8 +9,8 @@ use coldplate_base::units::{Dimension, parse};
 use coldplate_diagnose::Problem as Diagnosed;
 use coldplate_evidence::command_input;
 use coldplate_evidence::identify::{Free, IdentifyOptions, IdentifyProblem as Identified, identify_and_learn, write_machine};
-use coldplate_evidence::measurement::BetweenRows;
-use coldplate_explore::schedule::{Schedule, ScheduleOptions};
+use coldplate_evidence::measurement::DividedData;
+use coldplate_evidence::record::HeldOut;
 use coldplate_explore::simulate::record::HistoryRecord;
 use coldplate_explore::simulate::{self, History, SimulateOptions, SimulatedMachine, Start};
 use coldplate_figures::chart::output::to_svg_string;
@@ -26,6 +26,7 @@ use coldplate_tables::Table;
 use pyo3::prelude::*;
 
 use crate::errors::{json, told};
+use crate::readings::{Named, Source};
 use crate::table::{Columns, Given, given, taken};
 use crate::work;
 
@@ -150,7 +151,7 @@ impl Machine {
     fn simulate<'py>(
         &self,
         py: Python<'py>,
-        schedule: PathBuf,
+        schedule: Named<'py>,
         condition: Pairs,
         start: &str,
         within: &str,
@@ -158,18 +159,18 @@ impl Machine {
         cells: Option<usize>,
         progress: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<(String, Given<'py>, String)> {
+        let schedule = Source::of(py, schedule, None)?;
         let (record, table, figure) = work::run(py, progress, |heard| {
             let began = Instant::now();
             let options = simulated(start, within, every)?;
-            let rows = ScheduleOptions { hold: false, repeat: 1, until: None };
-            let read = Schedule::read(&schedule, &self.machine, &condition, rows)?;
+            let read = schedule.schedule(&self.machine, &condition)?;
             heard.at("meshing");
             let model = MeshedMachine::new(self.machine.clone(), cells)?;
             let whole = read.end() - read.start();
             let history = simulate::run(&model, &read, &options, &mut |seen| {
                 heard.count((1e3 * (seen.state.time - read.start()) / whole) as usize, 1000, "thousandths of the time");
             })?;
-            told_of(&SimulatedMachine::from(&model), &history, &schedule, began)
+            told_of(&SimulatedMachine::from(&model), &history, &schedule.words(), began)
         })?;
         Ok((json(py, &record)?, given(py, table), figure))
     }
@@ -192,10 +193,10 @@ pub fn simulated(start: &str, within: &str, every: Option<&str>) -> coldplate::R
 pub fn told_of(
     subject: &SimulatedMachine<'_>,
     history: &History,
-    schedule: &Path,
+    schedule: &str,
     began: Instant,
 ) -> coldplate::Result<(HistoryRecord, Table, String)> {
-    let figure = history::figure(subject, history, vec![format!("schedule: {}", schedule.display())]);
+    let figure = history::figure(subject, history, vec![format!("schedule: {schedule}")]);
     let record = history.record(subject, began.elapsed().as_secs_f64());
     Ok((record, history.table(subject)?, to_svg_string(&figure)?))
 }
@@ -213,7 +214,7 @@ pub fn sweep<'py>(
 ) -> PyResult<(String, Given<'py>)> {
     let (record, table) = work::run(py, progress, |heard| {
         let began = Instant::now();
-        let sweep = Sweep::open(&path, cells, &sets)?;
+        let sweep = Sweep::open_heard(&path, cells, &sets, heard)?;
         let options = SweepOptions { threads: None, progress: Some(heard), retry_failed: false };
         let swept = adaptive::run(&sweep, &out, options, heard)?.swept;
         let record = swept.record(&sweep, began.elapsed().as_secs_f64());
@@ -255,33 +256,41 @@ pub fn fit<'py>(
 }
 
 /// Calibration of a machine file's numbers from readings: the record as JSON, and the text of the machine file with
-/// these numbers.
+/// these numbers. `divisions` are names of tests to use, and readings to hold out.
 #[pyfunction]
-#[pyo3(signature = (machine, data, free, tests, starts, cells, progress))]
+#[pyo3(signature = (machine, data, instruments, free, divisions, starts, cells, progress))]
 #[allow(clippy::too_many_arguments)]
-pub fn identify(
-    py: Python<'_>,
-    machine: PyRef<'_, Machine>,
-    data: Option<PathBuf>,
+pub fn identify<'py>(
+    py: Python<'py>,
+    machine: PyRef<'py, Machine>,
+    data: Named<'py>,
+    instruments: Option<PathBuf>,
     free: Vec<String>,
-    tests: Vec<String>,
+    divisions: (Vec<String>, Vec<String>),
     starts: usize,
     cells: Option<usize>,
-    progress: Option<&Bound<'_, PyAny>>,
+    progress: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<(String, String)> {
     let (path, sets) = (machine.path.clone(), machine.sets.clone());
+    let source = Source::of(py, data, instruments)?;
+    let (tests, hold_out) = divisions;
     let (record, text) = work::run(py, progress, |heard| {
         let began = Instant::now();
         let study = Study::read(&path, &sets, cells)?;
-        let mut all = command_input::data(data.as_deref(), &BetweenRows::default(), &study.model.machine)?;
-        let uncertainty = command_input::stated(data.as_deref(), &path, &all, &study.model.machine)?;
+        let (mut all, uncertainty) = source.readings(&path, &study.model.machine)?;
         let faults = command_input::clear(&mut all, &study, &uncertainty, Start::Steady, false)?;
-        let chosen = if tests.is_empty() { all } else { all.split(&tests)?.0 };
+        let divided = if hold_out.is_empty() { None } else { Some(DividedData::held_out(&all, &hold_out)?) };
+        let chosen = match &divided {
+            Some(divided) => divided.fitted.clone(),
+            None if tests.is_empty() => all,
+            None => all.split(&tests)?.0,
+        };
         let free = free.iter().map(|text| Free::each(text, &study, &chosen)).collect::<coldplate::Result<Vec<_>>>()?.concat();
         let problem = Identified { study, data: chosen, uncertainty, free, start: Start::Steady }.thinned();
         let options = IdentifyOptions { starts, ..IdentifyOptions::default() };
         let estimate = identify_and_learn(&problem, &options, heard)?;
-        let mut record = estimate.record(&problem, &[], &[], None);
+        let held_out = divided.map(|divided| HeldOut::identified(&divided, &problem, &estimate)).transpose()?;
+        let mut record = estimate.record(&problem, &[], &[], held_out.as_ref());
         record.faults = faults.iter().map(|fault| fault.record()).collect();
         record.seconds = began.elapsed().as_secs_f64();
         Ok((record, write_machine(&problem, &estimate, &problem.data.tests())?))
@@ -292,20 +301,21 @@ pub fn identify(
 /// Diagnosis of a machine file: the record as JSON, the answer in a sentence, the text of the extended machine file if
 /// there is one, the report as HTML and the ladder of gains as SVG.
 #[pyfunction]
-#[pyo3(signature = (machine, data, cells, progress))]
+#[pyo3(signature = (machine, data, instruments, cells, progress))]
 #[allow(clippy::type_complexity)]
-pub fn diagnose(
-    py: Python<'_>,
-    machine: PyRef<'_, Machine>,
-    data: PathBuf,
+pub fn diagnose<'py>(
+    py: Python<'py>,
+    machine: PyRef<'py, Machine>,
+    data: Named<'py>,
+    instruments: Option<PathBuf>,
     cells: Option<usize>,
-    progress: Option<&Bound<'_, PyAny>>,
+    progress: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<(String, String, Option<String>, String, Option<String>)> {
     let (path, sets) = (machine.path.clone(), machine.sets.clone());
+    let source = Source::of(py, data, instruments)?;
     let (record, headline, extended, report, gains) = work::run(py, progress, |heard| {
         let study = Study::read(&path, &sets, Some(cells.unwrap_or(USUAL_CELLS)))?;
-        let table = command_input::data(Some(&data), &BetweenRows::default(), &study.model.machine)?;
-        let uncertainty = command_input::stated(Some(&data), &path, &table, &study.model.machine)?;
+        let (table, uncertainty) = source.readings(&path, &study.model.machine)?;
         let uncertain = study.uncertain()?;
         let mut problem = Diagnosed::new(study, table);
         (problem.uncertainty, problem.uncertain) = (uncertainty, uncertain);

@@ -1,11 +1,9 @@
 //! A reduced model and its answers to batches.
 
-use std::path::PathBuf;
 use std::time::Instant;
 
 use coldplate::{Condition, Error};
 use coldplate_base::units::{convert, express};
-use coldplate_explore::schedule::{Schedule, ScheduleOptions};
 use coldplate_explore::simulate::{self, SimulatedMachine};
 use coldplate_jobs::reduced::ReducedSolution;
 use coldplate_reduce::ReducedModel;
@@ -16,6 +14,7 @@ use rayon::prelude::*;
 
 use crate::errors::{json, told, wrong};
 use crate::pipeline::{Pairs, simulated, told_of};
+use crate::readings::{Named, Source};
 use crate::table::{Given, given};
 use crate::work;
 
@@ -129,20 +128,20 @@ impl Reduced {
     fn simulate<'py>(
         &self,
         py: Python<'py>,
-        schedule: PathBuf,
+        schedule: Named<'py>,
         condition: Pairs,
         start: &str,
         within: &str,
         every: Option<&str>,
         progress: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<(String, Given<'py>, String)> {
+        let schedule = Source::of(py, schedule, None)?;
         let (record, table, figure) = work::run(py, progress, |_| {
             let began = Instant::now();
             let options = simulated(start, within, every)?;
-            let rows = ScheduleOptions { hold: false, repeat: 1, until: None };
-            let read = Schedule::read(&schedule, &self.model.machine, &condition, rows)?;
+            let read = schedule.schedule(&self.model.machine, &condition)?;
             let history = simulate::run_reduced(&self.model, &read, &options)?;
-            told_of(&SimulatedMachine::from(&self.model), &history, &schedule, began)
+            told_of(&SimulatedMachine::from(&self.model), &history, &schedule.words(), began)
         })?;
         Ok((json(py, &record)?, given(py, table), figure))
     }

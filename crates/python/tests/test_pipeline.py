@@ -1,5 +1,6 @@
 """From machine file to diagnosis, on the files of the tutorial."""
 
+import csv
 import json
 import os
 import pathlib
@@ -47,6 +48,75 @@ def test_simulate():
     assert history._repr_svg_().startswith("<svg") or "<svg" in history._repr_svg_()
     assert history.table.rows == len(history.table["time"]) and history.energy.relative < 1e-3
     assert seen and any(total for _, _, total in seen)
+
+
+def columns_of(path):
+    """The columns of a table of the tutorial."""
+    with open(path, newline="") as file:
+        head, *rows = [row for row in csv.reader(file) if row and not row[0].startswith("#")]
+    text = lambda name: name == "test"
+    return {name: list(values) if text(name) else [float(v) for v in values] for name, values in zip(head, zip(*rows))}
+
+
+def as_frames(columns):
+    pandas, polars = pytest.importorskip("pandas"), pytest.importorskip("polars")
+    return [columns, pandas.DataFrame(columns), polars.DataFrame(columns), Table(columns)]
+
+
+def test_schedules_in_columns(tmp_path):
+    columns = columns_of(FOLDER / "warm_up.csv")
+    own = machine().simulate(FOLDER / "warm_up.csv", cells=150)
+    for frame in as_frames(columns):
+        np.testing.assert_array_equal(machine().simulate(frame, cells=150).table["motor"], own.table["motor"])
+    seconds = {name: values for name, values in columns.items() if not name.startswith("time")}
+    seconds["time [s]"] = [60 * minute for minute in columns["time [min]"]]
+    seconds["coolant_flow [m3/s]"] = [flow / 6e4 for flow in seconds.pop("coolant_flow [L/min]")]
+    np.testing.assert_allclose(machine().simulate(seconds, cells=150).table["motor"], own.table["motor"], rtol=0, atol=1e-6)
+    pandas = pytest.importorskip("pandas")
+    start = pandas.Timestamp("2024-05-01 10:00")
+    times = [start + pandas.Timedelta(minutes=minute) for minute in columns["time [min]"]]
+    for index in [pandas.DatetimeIndex(times), pandas.TimedeltaIndex([time - start for time in times])]:
+        frame = pandas.DataFrame({name: values for name, values in columns.items() if not name.startswith("time")}, index=index)
+        np.testing.assert_allclose(machine().simulate(frame, cells=150).table["motor"], own.table["motor"], rtol=0, atol=1e-6)
+    with pytest.raises(InputError, match="motor_sped"):
+        machine().simulate({"time [s]": [0, 60], "motor_sped [rpm]": [0, 1000]}, cells=150)
+    with pytest.raises(InputError, match="unit"):
+        machine().simulate({"time [s]": [0, 60], "motor_speed [K]": [0, 1000]}, cells=150)
+
+
+def test_readings_in_columns():
+    columns, free = columns_of(FOLDER / "readings.csv"), ["contact.motor_foot.conductance"]
+    own = machine().identify(FOLDER / "readings.csv", free=free, cells=150)
+    for frame in as_frames(columns):
+        found = machine().identify(frame, free=free, cells=150, instruments=FOLDER / "readings.toml")
+        assert found.parameters == own.parameters
+    kelvin = {name.replace("motor [degC]", "motor [K]"): values for name, values in columns.items()}
+    kelvin["motor [K]"] = [value + 273.15 for value in kelvin["motor [K]"]]
+    # A reading is missing.
+    kelvin["plate [degC]"][0] = None
+    found = machine().identify(kelvin, free=free, cells=150, instruments=FOLDER / "readings.toml")
+    assert abs(found.parameters[free[0]].value - own.parameters[free[0]].value) < 0.1 * (own.parameters[free[0]].high - own.parameters[free[0]].low)
+    diagnosed = machine().diagnose(columns, cells=150, instruments=FOLDER / "readings.toml")
+    assert diagnosed.headline == machine().diagnose(FOLDER / "readings.csv", cells=150).headline
+    with pytest.raises(InputError, match="motr"):
+        machine().identify({"motr [degC]" if name == "motor [degC]" else name: v for name, v in columns.items()}, free=free, cells=150)
+    with pytest.raises(InputError, match="beside it"):
+        machine().identify(FOLDER / "readings.csv", free=free, instruments=FOLDER / "readings.toml")
+
+
+def test_readings_are_held_out():
+    free = ["contact.motor_foot.conductance"]
+    found = machine().identify(FOLDER / "readings.csv", free=free, cells=150, hold_out=["day 2", "day 5"])
+    assert set(found.held_out.tests) == {"day 2", "day 5"} and found.held_out.rmse_after_K < found.held_out.rmse_before_K
+    if program := os.environ.get("COLDPLATE"):
+        args = ["identify", FOLDER / "machine.toml", FOLDER / "readings.csv", "--free", free[0], "--hold-out", "day 2", "--hold-out"]
+        args += ["day 5", "--cells", "150", "--starts", "5", "--brief", "--json"]
+        terminal = json.loads(subprocess.run([program, *args], capture_output=True, text=True, check=True).stdout)
+        assert abs(terminal["held_out"]["rmse_after_K"] - found.held_out.rmse_after_K) < 1e-3
+    with pytest.raises(InputError, match="day 99"):
+        machine().identify(FOLDER / "readings.csv", free=free, cells=150, hold_out=["day 99"])
+    with pytest.raises(InputError, match="exclude"):
+        machine().identify(FOLDER / "readings.csv", free=free, cells=150, hold_out=["day 2"], tests=["day 1"])
 
 
 def test_sweep_and_fit(swept):

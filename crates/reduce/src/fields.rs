@@ -71,7 +71,7 @@ impl ReducedNetwork {
         network.hold(load, &mut temperatures);
         // Films follow the mean temperatures of a channel, which are known; the water then follows its wall.
         for (full, own) in network.streams.iter().zip(&self.network.streams) {
-            let (_, water) = own.mean_temperatures(&state.temperatures);
+            let water = own.means(&state.temperatures).water;
             temperatures[full.first_node as usize..=full.outlet() as usize].fill(water);
         }
         let states = network.stream_states(load, &temperatures)?;

@@ -120,10 +120,11 @@ impl Space<'_> {
 /// Makes a reduced model of a machine.
 ///
 /// # Errors
-/// Nothing varies, or too few conditions may be solved; a full solve fails in the middle of the ranges, or at most conditions;
+/// The machine has a controller; nothing varies, or too few conditions may be solved; a full solve fails in the middle of the ranges, or at most conditions;
 /// the reduced model finds no steady state at most conditions of the calibration.
 pub fn reduce(study: &Study, settings: &ReduceSettings, progress: &dyn Progress) -> Result<ReducedModel> {
     let (machine, network) = (&study.model.machine, &study.model.network);
+    machine.without_controllers("a reduced model")?;
     let clock = Instant::now();
     let open = if settings.with_parameters { study.open_parameters(true)? } else { Vec::new() };
     let (parameters, left_out): (Vec<OpenParameter>, Vec<OpenParameter>) = open.into_iter().partition(OpenParameter::is_direct);

@@ -60,8 +60,8 @@ pub fn answers(
     let mut found: Vec<Option<ReducedAnswer>> = vec![None; count];
     let ranges = ranges(asked.conditions);
     let first = FIRST.0 + FIRST.1 * ranges.iter().filter(|(low, high)| high > low).count();
-    // With fewer conditions, basis and calibration would take them all.
-    if count <= first + CHECKS + ROUND {
+    // With fewer conditions, basis and calibration would take them all; reduced models follow no controllers.
+    if count <= first + CHECKS + ROUND || !machine.controllers.is_empty() {
         return Ok(found);
     }
     let reference = ReferenceNetwork::new(machine, network, Load::at(machine, middle)?, center, asked.accuracy);

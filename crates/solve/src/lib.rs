@@ -8,6 +8,8 @@ mod adjoint;
 mod aggregation;
 mod anchors;
 pub mod balance;
+mod bounded;
+mod control;
 pub mod csr;
 mod direct;
 pub mod heat_flow;

@@ -105,6 +105,8 @@ pub struct Solution {
     pub temperatures: Vec<f64>,
     /// State of every stream.
     pub streams: Vec<StreamState>,
+    /// Share of its sources' power that each controller of the network gives, from 0 to 1.
+    pub shares: Vec<f64>,
     /// Heat balance of the state.
     pub balance: Balance,
     /// Newton steps taken.
@@ -140,7 +142,7 @@ impl<'a> Solver<'a> {
     ) -> Result<Self> {
         let mut solver = Self { settings, ..Self::unsolved(network, reference, start, progress)? };
         // Every condition starts from the reference solution, so that no result depends on the order of a sweep.
-        solver.reference.1 = solver.newton(reference, &solver.reference.1.temperatures, f64::INFINITY, progress)?;
+        solver.reference.1 = solver.controlled(reference, &solver.reference.1.temperatures, f64::INFINITY, progress)?;
         Ok(solver)
     }
 
@@ -229,13 +231,13 @@ impl<'a> Solver<'a> {
     /// # Errors
     /// Errors of [`Solver::steady`].
     pub fn steady_from(&self, load: &Load, start: &[f64], error: f64) -> Result<Solution> {
-        let solution = self.newton(load, start, error, &Silent)?;
+        let solution = self.controlled(load, start, error, &Silent)?;
         self.network.check_coolant(load, &solution.temperatures)?;
         Ok(solution)
     }
 
-    /// Newton's method, without a check of the coolant.
-    fn newton(&self, load: &Load, start: &[f64], error: f64, progress: &dyn Progress) -> Result<Solution> {
+    /// Newton's method at the powers of the load, without a check of the coolant.
+    pub(super) fn newton(&self, load: &Load, start: &[f64], error: f64, progress: &dyn Progress) -> Result<Solution> {
         self.pieces.check(self.network, load)?;
         let mut temperatures = start.to_vec();
         self.network.hold(load, &mut temperatures);

@@ -111,7 +111,7 @@ pub(crate) fn read(cell: &str, unit: &str) -> Result<Option<CellNumber>> {
         if digits.split_whitespace().all(|part| part.replace(',', ".").parse::<f64>().is_ok()) {
             let error = Error::input("several numbers stand in this cell").read(cell);
             return Err(
-                error.help("write one delimiter between the columns: commas, semicolons, tabs or '|'; blanks do not separate cells")
+                error.help("write one delimiter between the columns: commas, semicolons, tabs or '|'; a single blank separates no cells")
             );
         }
     }

@@ -11,7 +11,7 @@ use coldplate_base::error::{Error, Result};
 use coldplate_base::units::{dimension_of, spelled};
 
 /// Delimiters; of two that explain the file alike, the first is taken.
-const DELIMITERS: [char; 4] = [',', ';', '\t', '|'];
+pub(crate) const DELIMITERS: [char; 4] = [',', ';', '\t', '|'];
 /// Records at the beginning of a file by which its layout is recognised, a count. Chosen: longer than the preambles of loggers.
 const SAMPLE: usize = 200;
 /// First cell of the headers of Campbell's loggers (LoggerNet manual, appendix B): names stand in the second line, units in the third,

@@ -20,8 +20,12 @@ pub(super) fn text(found: &Findings<'_>) -> String {
     );
     text += &faulty_readings::listed(&problem.faults);
     text += &format!(
-        "  misfit {:.1} over {} readings, p = {:.2e}; best of {} causes that could show ({} tried), p = {:.2e}\n",
-        misfit.chi2, misfit.freedom, misfit.probability, diagnosis.tried.visible, diagnosis.tried.all, misfit.look_elsewhere
+        "  misfit {:.1} over {} readings, p = {:.2e}; best of {}, p = {:.2e}\n",
+        misfit.chi2,
+        misfit.freedom,
+        misfit.probability,
+        diagnosis.tried.sentence(),
+        misfit.look_elsewhere
     );
     if let Some(words) = found.noise_in_words() {
         text += &format!("  {words}\n");

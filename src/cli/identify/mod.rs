@@ -124,16 +124,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let options = IdentifyOptions { starts: args.starts.into(), ..IdentifyOptions::default() };
     let estimate = identify::identify_and_learn(&problem, &options, &progress)?;
     let (profiles, advice) = if args.brief { (Vec::new(), Vec::new()) } else { further(&problem, &estimate, out, &progress)? };
-    let held_out = match &divided {
-        Some(divided) => {
-            let predict = |study: &Study, data: &_| match estimate.mesh.is_none() {
-                true => identify::values(study, data, start),
-                false => identify::continued(study, data, start),
-            };
-            Some(HeldOut::of(divided, [&problem.study, &problem.machine_at(&estimate.values)?], predict)?)
-        }
-        None => None,
-    };
+    let held_out = divided.map(|divided| HeldOut::identified(&divided, &problem, &estimate)).transpose()?;
     if let Some(path) = &path {
         let text = identify::write_machine(&problem, &estimate, &problem.data.tests())?;
         atomic_file::write(path, text.as_bytes())?;

@@ -29,6 +29,7 @@ pub(super) fn run(file: &OpenFile, args: &Args, out: Output) -> Result<u8> {
         places = args.hottest.then(|| hottest(&full.machine, &full.mesh, &temperatures));
     }
     let record = WithPlaces { record: solution.record(), hottest: places };
+    out.note_on_mesh("bounds", record.record.cells);
     out.report(&text(&solution, &record), &record);
     Ok(if record.record.in_range { 0 } else { 3 })
 }

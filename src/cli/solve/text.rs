@@ -4,7 +4,8 @@ use super::super::mesh_options::stated_cells;
 use super::super::text::{block, table};
 use coldplate_base::numbers::significant;
 use coldplate_base::units::{Celsius, Kelvin, Measurand};
-use coldplate_network::HeatMeter;
+use coldplate_describe::machine::ControlLaw;
+use coldplate_network::{ControlLoop, HeatMeter};
 use coldplate_solve::balance::{ContactFlow, contact_flows, enclosure_heats};
 use coldplate_solve::meshed::{MeshErrors, MeshedMachine, SteadyState};
 
@@ -12,7 +13,7 @@ use coldplate_solve::meshed::{MeshErrors, MeshedMachine, SteadyState};
 pub(super) fn text(model: &MeshedMachine, state: &SteadyState, mesh: Option<&MeshErrors>, seconds: f64) -> String {
     let mut text = format!("{}\n\n{}", model.machine.name, readings(model, state, mesh));
     text += &heat_flows(model, state, mesh);
-    for stage in [limits, channels] {
+    for stage in [limits, controllers, channels] {
         text += &stage(model, state);
     }
     text += &contacts(model, state, mesh);
@@ -79,6 +80,23 @@ fn limits(model: &MeshedMachine, state: &SteadyState) -> String {
         })
         .collect();
     block(&["limit", "value", "at most", if has_lengths { "margin" } else { "margin K" }, ""], &rows)
+}
+
+/// Shares of controllers, with the states of their sensors: a thermostat is on for its share of the time.
+fn controllers(model: &MeshedMachine, state: &SteadyState) -> String {
+    let readings = model.readings(state);
+    let row = |(own, share): (&ControlLoop, &f64)| -> Vec<String> {
+        let remark = match own.law {
+            _ if *share <= 0.0 => "off",
+            _ if *share >= 1.0 => "at full power",
+            ControlLaw::Thermostat { .. } => "cycles, on for this share of the time",
+            ControlLaw::ProportionalIntegral { .. } => "holds its set point",
+        };
+        let (sensor, reading) = (&model.network.sensor_names[own.sensor], readings[own.sensor]);
+        vec![own.name.clone(), format!("{share:.4}"), format!("{sensor} {reading:.3} degC"), remark.into()]
+    };
+    let rows: Vec<Vec<String>> = model.network.loops.iter().zip(&state.solution.shares).map(row).collect();
+    block(&["controller", "share", "sensor", ""], &rows)
 }
 
 fn channels(model: &MeshedMachine, state: &SteadyState) -> String {

@@ -110,8 +110,8 @@ impl SweepArgs {
     ///
     /// # Errors
     /// The file cannot be read or is wrong; a change is none.
-    pub(super) fn open(&self, sweep: &Path) -> Result<Sweep> {
-        let mut sweep = Sweep::open(sweep, self.cells, &self.sets()?)?;
+    pub(super) fn open(&self, sweep: &Path, out: Output) -> Result<Sweep> {
+        let mut sweep = Sweep::open_heard(sweep, self.cells, &self.sets()?, &out.progress())?;
         if self.full {
             sweep.solve_in_full();
         }
@@ -126,7 +126,7 @@ impl SweepArgs {
 pub fn run(args: &Args, out: Output) -> Result<u8> {
     let start = Instant::now();
     if let Some(Step::Merge(merge)) = &args.step {
-        let sweep = merge.asked.open(&merge.sweep)?;
+        let sweep = merge.asked.open(&merge.sweep, out)?;
         return parts::merge(&sweep, &merge.asked.folder(&merge.sweep), &merge.journals, out);
     }
     let file = args.sweep.as_deref().ok_or_else(|| Error::input("no sweep file is named").help("coldplate sweep SWEEP.toml"))?;
@@ -134,7 +134,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     if let Some(count) = args.shards {
         return parts::list(&typed, args.retry_failed, count as usize, out);
     }
-    let sweep = args.asked.open(file)?;
+    let sweep = args.asked.open(file, out)?;
     if let Err(error) = designs::rehearse(&sweep) {
         out.note(&format!("warning: no surrogate can be fitted to this sweep: {}", error.what()));
     }

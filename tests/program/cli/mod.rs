@@ -2,6 +2,7 @@
 
 mod export;
 mod help;
+mod limits;
 mod mesh;
 mod pieces;
 mod progress;

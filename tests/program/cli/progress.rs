@@ -1,5 +1,7 @@
 //! Progress on standard error: nothing where that is no terminal, lines where they were asked for.
 
+use crate::common::scratch;
+
 use super::{CONDITION, coldplate, message, root, status};
 
 #[test]
@@ -19,6 +21,10 @@ fn progress_comes_where_it_is_asked_for() {
     for word in ["start 1 of 1", "prediction 2: misfit", "profile likelihoods", "further tests"] {
         assert!(message(&heard).contains(word), "{word}: {}", message(&heard));
     }
+    let swept = scratch("choosing").to_str().unwrap().to_string();
+    let chosen = ["sweep", "examples/tutorial/sweep.toml", "--set", "mesh.accuracy=\"2 K\"", "--out", &swept, "--progress"];
+    let heard = coldplate(&chosen);
+    assert!(status(&heard) == 0 && message(&heard).contains("choosing cells"), "{}", message(&heard));
     let table = root().join(env!("CARGO_TARGET_TMPDIR")).join("progress.csv");
     let rows: String = (0..12).map(|i| format!("{i},{}\n", 20.0 + f64::from(i * i))).collect();
     std::fs::write(&table, format!("motor_speed [rpm],motor [degC]\n{rows}")).unwrap();

@@ -1,6 +1,7 @@
 //! Figures of drift as tests of machine tools report them, limits of magnitude, and the unit of every figure.
 
-use crate::displacement::{POST, coldplate, folder, json};
+use crate::common::coldplate_in;
+use crate::displacement::{POST, folder, json};
 
 const SCHEDULE: &str = "time [h],motor_speed [rpm],ambient_temperature [degC]\n0,0,22\n0,2000,22\n4,2000,22\n4,0,22\n6,0,22\n";
 
@@ -39,7 +40,7 @@ fn a_drift_becomes_a_page() {
     assert!(!page.contains("<script") && !page.contains("NaN"));
 
     let refused = |args: &[&str]| {
-        let ended = coldplate(&folder, args);
+        let ended = coldplate_in(&folder, args);
         assert_eq!(ended.status.code(), Some(2), "{args:?}");
         String::from_utf8_lossy(&ended.stderr).into_owned()
     };
@@ -78,7 +79,7 @@ fn a_magnitude_is_limited_in_both_senses() {
     let (tip, arm) = (point("tip z"), point("arm"));
     assert!(tip["half_width_um"].is_number() && tip["held_out"]["max_um"].is_number() && tip.get("half_width_K").is_none(), "{tip}");
     assert!(arm["half_width_K"].is_number() && arm["held_out"]["max_K"].is_number() && arm.get("half_width_um").is_none(), "{arm}");
-    let fitted = coldplate(&folder, &["fit", "out/sweep.csv", "--machine", "post.toml", "--out", "post.cps"]);
+    let fitted = coldplate_in(&folder, &["fit", "out/sweep.csv", "--machine", "post.toml", "--out", "post.cps"]);
     let text = String::from_utf8_lossy(&fitted.stdout).into_owned();
     assert!(
         text.lines().any(|l| l.contains("tip z") && l.ends_with("um")) && text.lines().any(|l| l.contains("arm") && l.ends_with('K')),

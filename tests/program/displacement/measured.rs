@@ -1,6 +1,7 @@
 //! Measured displacements: a contact is found from them alone, and a hidden heat too.
 
-use crate::displacement::{POST, coldplate, folder, json};
+use crate::common::coldplate_in;
+use crate::displacement::{POST, folder, json};
 
 const SPEEDS: [(u32, u32); 6] = [(500, 20), (1000, 26), (1500, 18), (2000, 22), (2500, 24), (3000, 20)];
 
@@ -47,7 +48,7 @@ fn a_hidden_heat_is_diagnosed_from_displacements() {
     let gain = &found["gain"];
     assert!(gain["rmse_after_K"].as_f64().unwrap() < 0.3 * gain["rmse_before_K"].as_f64().unwrap(), "{gain}");
     assert!(gain["rmse_after_um"].as_f64().unwrap() < 0.3 * gain["rmse_before_um"].as_f64().unwrap(), "{gain}");
-    let text = coldplate(&folder, &["predict", "post.toml", "data.csv", "--csv"]);
+    let text = coldplate_in(&folder, &["predict", "post.toml", "data.csv", "--csv"]);
     assert!(String::from_utf8_lossy(&text.stdout).contains("tip x residual [um]"));
 }
 

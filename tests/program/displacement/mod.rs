@@ -7,9 +7,10 @@ mod measured;
 mod pipeline;
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 
 use serde_json::Value;
+
+use crate::common::coldplate_in;
 
 /// A post that a heater warms on one side, with an arm on it: it bends and grows.
 pub const POST: &str = r#"
@@ -65,14 +66,10 @@ maximum = "120 um"
 cells = 700
 "#;
 
-pub fn coldplate(folder: &Path, args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_coldplate")).args(args).current_dir(folder).output().expect("the program starts")
-}
-
 /// What a command prints as JSON, whatever its verdict.
 #[track_caller]
 pub fn json(folder: &Path, args: &[&str]) -> Value {
-    let output = coldplate(folder, &[args, &["--json"]].concat());
+    let output = coldplate_in(folder, &[args, &["--json"]].concat());
     let text = String::from_utf8_lossy(&output.stdout);
     serde_json::from_str(&text).unwrap_or_else(|e| panic!("{args:?}: {e}\n{text}{}", String::from_utf8_lossy(&output.stderr)))
 }

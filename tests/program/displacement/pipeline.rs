@@ -2,7 +2,8 @@
 
 use std::process::Command;
 
-use crate::displacement::{coldplate, folder, json};
+use crate::common::coldplate_in;
+use crate::displacement::{folder, json};
 
 /// Speed and ambient temperature, at 24 conditions.
 const SWEEP: &str = "name = \"post\"\nmachine = \"post.toml\"\n[range]\nmotor_speed = [\"0 rpm\", \"3000 rpm\"]\n\
@@ -27,7 +28,7 @@ fn a_displacement_goes_all_the_way() {
     assert!(solved["mesh"]["errors_K"].get("tip x").is_none());
 
     std::fs::write(folder.join("sweep.toml"), SWEEP).unwrap();
-    let swept = coldplate(&folder, &["sweep", "sweep.toml", "--out", "out"]);
+    let swept = coldplate_in(&folder, &["sweep", "sweep.toml", "--out", "out"]);
     assert!(swept.status.success(), "{}", String::from_utf8_lossy(&swept.stderr));
     let table = std::fs::read_dir(folder.join("out")).unwrap().map(|e| e.unwrap().path()).find(|p| p.ends_with("sweep.csv"));
     let table = std::fs::read_to_string(table.unwrap()).unwrap();
@@ -42,7 +43,7 @@ fn a_displacement_goes_all_the_way() {
     let limit = query["limits"].as_array().unwrap().iter().find(|l| l["name"] == "tip x").unwrap();
     assert!(limit["limit"] == 120.0 && (limit["value"].as_f64().unwrap() - predicted).abs() < 1e-9, "{limit}");
     // The speed at which the tip has moved by its limit.
-    let free = coldplate(&folder, &["query", "post.cps", "--free", "motor_speed", "--ambient-temperature", "22 degC"]);
+    let free = coldplate_in(&folder, &["query", "post.cps", "--free", "motor_speed", "--ambient-temperature", "22 degC"]);
     assert!(String::from_utf8_lossy(&free.stdout).contains("motor_speed"), "{}", String::from_utf8_lossy(&free.stderr));
 
     offset(&folder, predicted);
@@ -50,7 +51,7 @@ fn a_displacement_goes_all_the_way() {
 
 /// The exported C source gives the same offset of the tip.
 fn offset(folder: &std::path::Path, expected: f64) {
-    let exported = coldplate(folder, &["export", "post.cps", "--to", "c99", "--out", "embed", "--name", "post"]);
+    let exported = coldplate_in(folder, &["export", "post.cps", "--to", "c99", "--out", "embed", "--name", "post"]);
     assert!(exported.status.success(), "{}", String::from_utf8_lossy(&exported.stderr));
     let header = std::fs::read_to_string(folder.join("embed/post.h")).unwrap();
     assert!(header.contains("tip x, um"), "{header}");
@@ -92,7 +93,7 @@ fn a_drift_over_time() {
     // Nearly one time constant: a tenth is left after ln 10 of them, and the first hour tells the constant.
     let constant = -3600.0 / (1.0 - number("first_hour_um") / number("steady_um")).ln();
     assert!((number("settled_s") / (constant * 10_f64.ln()) - 1.0).abs() < 0.35, "{drift}");
-    let text = coldplate(&folder, &["simulate", "post.toml", "run.csv"]);
+    let text = coldplate_in(&folder, &["simulate", "post.toml", "run.csv"]);
     assert!(String::from_utf8_lossy(&text.stdout).contains("drift um"));
 }
 
@@ -106,7 +107,7 @@ fn a_drift_from_few_states() {
     let full = json(&folder, &["simulate", "post.toml", "run.csv"]);
     std::fs::write(folder.join("sweep.toml"), SWEEP).unwrap();
     let done = |args: &[&str]| {
-        let output = coldplate(&folder, args);
+        let output = coldplate_in(&folder, args);
         assert!(output.status.success(), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
     };
     done(&["reduce", "post.toml", "--histories", "4", "--out", "post.cpr"]);

@@ -3,6 +3,7 @@
 mod boiling;
 mod clock;
 mod closed;
+mod controllers;
 mod heat_flow;
 mod limits;
 mod passes;

@@ -103,6 +103,12 @@ fn answers_hold_the_error_of_the_mesh() {
     assert!(low <= exact() && exact() <= high, "{low} {} {high}", exact());
     assert!((0.5 * (high - low) - fit.hypot(mesh)).abs() < 1e-6, "{low} {high} {fit} {mesh}");
     assert_eq!((answer["verdict"].as_str(), status), (Some("uncertain"), Some(3)));
+    // Bands of exports hold it with the fit; the facts on their points state it by itself.
+    assert_eq!(folder.run(&["export", "out/surrogate.cps", "--to", "json", "--out", "out"]).1, Some(0));
+    let exported: Value = serde_json::from_slice(&std::fs::read(folder.0.join("out/surrogate.json")).unwrap()).unwrap();
+    let own = &exported["points"][0];
+    assert!((own["mesh"].as_f64().unwrap() - mesh).abs() < 1e-12, "{own}");
+    assert!((own["half_width"].as_f64().unwrap() - fit.hypot(mesh)).abs() < 1e-9, "{own}");
     let report = std::fs::read_to_string(folder.0.join("out/report.html")).unwrap();
     let first = &report[report.find("Summary").unwrap()..];
     let place = |words: &str| first.find(words).unwrap_or_else(|| panic!("{words}"));

@@ -79,3 +79,19 @@ fn defaults_of_the_machine_file_are_carried() {
     let answer = crate::common::json(&crate::common::coldplate(&["query", &file, "--json"]));
     assert!((answer["temperatures"]["motor"]["degC"].as_f64().unwrap() - 36.0).abs() < 0.01, "{answer}");
 }
+
+/// Outside the fitted range no probability is known, and none is shown; inside it is.
+#[test]
+fn limits_outside_the_range_are_kept_with_unknown_probability() {
+    let file = super::fixture("uncertain.cps").to_str().unwrap().to_string();
+    let at = |flow: &str| {
+        let options = ["query", &file, "--coolant-flow", flow, "--coolant-temperature", "20 degC", "--ambient-temperature", "21 degC"];
+        let output = crate::common::coldplate(&options);
+        (output.status.code(), String::from_utf8_lossy(&output.stdout).into_owned())
+    };
+    let limits = |text: &str| text.lines().filter(|line| line.contains("unknown")).count();
+    let (status, outside) = at("13 L/min");
+    assert!(status == Some(3) && limits(&outside) == 4 && outside.contains("outside the fitted range"), "{outside}");
+    let (status, inside) = at("8 L/min");
+    assert!(status == Some(0) && limits(&inside) == 0 && inside.contains('%'), "{inside}");
+}

@@ -4,6 +4,7 @@ use super::channels::Channel;
 use super::circuits::Circuit;
 use super::contact_law::ContactLaw;
 use super::contacts::{Boundary, Contact, RadiationLink};
+use super::controllers::Controller;
 use super::elastic::Elasticity;
 use super::enclosures::Enclosure;
 use super::heat_flows::HeatFlow;
@@ -14,6 +15,7 @@ use super::sources::Source;
 use super::symbols::Symbols;
 use super::uncertain::{Correlation, ModelError, SharedFactor};
 use super::variables::{DescribedVariable, Drive, NamedFormula};
+use coldplate_base::error::{Error, Result};
 use coldplate_base::formula::Formula;
 /// A machine, as described by one file.
 #[derive(Debug, Clone)]
@@ -56,6 +58,8 @@ pub struct Machine {
     pub enclosures: Vec<Enclosure>,
     /// Heat sources.
     pub sources: Vec<Source>,
+    /// Controllers of sources.
+    pub controllers: Vec<Controller>,
     /// Measurement points.
     pub sensors: Vec<Sensor>,
     /// Heat-flow sensors.
@@ -85,6 +89,18 @@ pub struct Machine {
 }
 
 impl Machine {
+    /// Refuses a machine with controllers, on behalf of a computation that would take their sources at full power.
+    ///
+    /// # Errors
+    /// There is a controller.
+    pub fn without_controllers(&self, computation: &str) -> Result<()> {
+        let Some(controller) = self.controllers.first() else { return Ok(()) };
+        Err(Error::input(format!("{computation} cannot follow a controller"))
+            .in_file(&self.file)
+            .at_key(format!("controller.{}", controller.name))
+            .help("`coldplate solve`, `simulate` and `sweep` solve controllers; here make the power of the source a variable"))
+    }
+
     /// Whether parts or nodes have a start temperature of their own for a schedule or log.
     pub fn has_starts(&self) -> bool {
         self.parts.iter().any(|p| p.start.is_some()) || self.nodes.iter().any(|n| n.start.is_some())

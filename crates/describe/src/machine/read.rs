@@ -5,6 +5,7 @@ use std::path::Path;
 use super::channels::channels;
 use super::circuits::{branches, circuits};
 use super::contacts::{boundaries, contacts, default_contact, radiation_links};
+use super::controllers::controllers;
 use super::elastic::{displacements, elasticity, turned};
 use super::enclosures::enclosures;
 use super::film::FilmSource;
@@ -108,6 +109,7 @@ fn machine(document: &Document) -> Result<Machine> {
     let enclosures = enclosures(&root, &index, chamber.enclosure, document.file())?;
     let sources = sources(&root, &index, &symbols)?;
     let mut sensors = sensors(&root, &index)?;
+    let controllers = controllers(&root, &sensors, &sources, &symbols)?;
     sensors.extend(displacements(&root, &index, &sensors)?);
     sensors.extend(turned(&root, &sensors)?);
     let elasticity = elasticity(&root, &index)?;
@@ -139,6 +141,7 @@ fn machine(document: &Document) -> Result<Machine> {
         radiation_links,
         enclosures,
         sources,
+        controllers,
         sensors,
         heat_flows,
         elasticity,

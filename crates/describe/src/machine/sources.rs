@@ -1,6 +1,6 @@
 //! Heat sources: heated places, power, and distribution of the power in space.
 
-use super::names::Index;
+use super::names::{Index, lookup};
 use super::parts::{HeatedPlace, Part, Place};
 use super::shape::volume;
 use super::source_law::SourceLaw;
@@ -27,16 +27,19 @@ pub struct Source {
     pub volume: Option<f64>,
     /// Relative power per volume or area at x, y, z (mm, in the coordinates of the part); `None` means even.
     pub distribution: Option<Formula>,
+    /// The controller that gives a share of the power: index into the machine's.
+    pub controller: Option<usize>,
     /// Dependence of the power of each piece on its own temperature.
     pub law: SourceLaw,
 }
 
 /// Reads `[source.NAME]`.
 pub(super) fn sources(root: &Section<'_>, index: &Index<'_>, symbols: &Symbols) -> Result<Vec<Source>> {
-    root.sections("source")?.into_iter().map(|(name, section)| source(name, section, index, symbols)).collect()
+    let controllers: Vec<String> = root.opt_section("controller")?.iter().flat_map(|table| table.keys()).map(str::to_string).collect();
+    root.sections("source")?.into_iter().map(|(name, section)| source(name, section, index, &controllers, symbols)).collect()
 }
 
-fn source(name: String, section: Section<'_>, index: &Index<'_>, symbols: &Symbols) -> Result<Source> {
+fn source(name: String, section: Section<'_>, index: &Index<'_>, controllers: &[String], symbols: &Symbols) -> Result<Source> {
     let value = section.value("in")?;
     let values = if value.is_text() { vec![value.clone()] } else { value.list()? };
     let mut places: Vec<HeatedPlace> = Vec::new();
@@ -63,9 +66,10 @@ fn source(name: String, section: Section<'_>, index: &Index<'_>, symbols: &Symbo
         }
     };
     let distribution = section.opt("distribution").map(|value| distribution(&value, &places, volume.is_some())).transpose()?;
+    let controller = section.opt("controller").map(|value| lookup(&value, controllers, "controller")).transpose()?;
     let law = SourceLaw::read(&section)?;
     section.finish()?;
-    Ok(Source { name, places, power, volume, distribution, law })
+    Ok(Source { name, places, power, volume, distribution, controller, law })
 }
 
 /// A formula of the coordinates in a part, by which a total power is distributed.

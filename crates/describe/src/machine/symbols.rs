@@ -89,14 +89,11 @@ impl Symbols {
         let names = |place: &String| ["", "_degC", "_K"].map(|unit| format!("unknown name '{place}{unit}'"));
         match self.places.iter().find(|place| names(place).iter().any(|name| error.what().contains(name))) {
             None => error,
-            Some(place) => {
-                Error::input(format!("formulas know the condition, not the temperature of '{place}': controllers are not solved here"))
-                    .help(
-                        "power that follows the temperature of the heated place: temperature_coefficient = \"-20 %/K\" with \
-                     reference_temperature; power that holds a sensor: make it a variable and ask `coldplate query --free` of a \
-                     surrogate; a thermostat in time: export the machine as an FMU and switch the variable outside",
-                    )
-            }
+            Some(place) => Error::input(format!("formulas know the condition, not the temperature of '{place}'")).help(
+                "a thermostat or PI controller: [controller.NAME] with the sensor, and controller = \"NAME\" in the source; \
+                     power that follows the temperature of the heated place: temperature_coefficient = \"-20 %/K\" with \
+                     reference_temperature",
+            ),
         }
     }
 

@@ -53,7 +53,7 @@ impl Default for IdentifyOptions {
 /// until the estimate rests.
 ///
 /// # Errors
-/// No free parameter, one named twice, or no data; the machine cannot be solved at the start of the search.
+/// A controller in the machine; no free parameter, one named twice, or no data; the machine cannot be solved at the start of the search.
 pub fn identify(problem: &IdentifyProblem, options: &IdentifyOptions, progress: &dyn Progress) -> Result<Estimate> {
     found(problem, options, false, progress)
 }
@@ -70,6 +70,7 @@ pub fn identify_and_learn(problem: &IdentifyProblem, options: &IdentifyOptions, 
 /// Estimate by [`searched`]. Tables are solved on the reduced model, and the end result once in full. If the two differ by more
 /// than [`ACCURACY`], everything is solved in full.
 fn found(problem: &IdentifyProblem, options: &IdentifyOptions, learns: bool, progress: &dyn Progress) -> Result<Estimate> {
+    problem.study.model.machine.without_controllers("identification")?;
     let found = searched(problem, options, learns, progress)?;
     if problem.study.tables == StateTables::InFull || problem.data.is_transient() {
         return Ok(found);

@@ -18,10 +18,10 @@ use coldplate_base::{atomic_file, input};
 use coldplate_network::Network;
 use coldplate_solve::meshed::MeshedMachine;
 use coldplate_solve::transient::parcels::Parcel;
-use coldplate_solve::transient::{Before, Energy, HeatPassing, TransientState};
+use coldplate_solve::transient::{Before, ControlState, Energy, HeatPassing, TransientState};
 
 /// First line of a checkpoint: name and version of the format.
-const MAGIC: &[u8] = b"coldplate checkpoint 5\n";
+const MAGIC: &[u8] = b"coldplate checkpoint 6\n";
 
 /// Identity of a run: name and value of everything that decides its numbers.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -78,6 +78,7 @@ pub(super) fn write(path: &Path, identity: &Identity, state: &TransientState, fr
         [temperatures, between, variables, flow].into_iter().for_each(|values| to.numbers(values));
         to.numbers(&[*length, *time, passing.entering, passing.leaving]);
     }
+    to.numbers(&state.controls.iter().flat_map(|own| [own.share, own.integral, own.given, own.switches as f64]).collect::<Vec<_>>());
     to.number(fronts.until);
     to.count(usize::from(fronts.are_near));
     to.count(seen.readings.len());
@@ -153,6 +154,7 @@ pub(super) fn read(path: &Path, identity: &Identity, network: &Network, stops: u
         && state.before.iter().flat_map(|before| [&before.temperatures, &before.between]).all(|t| t.len() == network.nodes)
         && state.before.iter().all(|before| before.flow.len() == network.solids)
         && state.water.len() == network.streams.len()
+        && [0, network.loops.len()].contains(&state.controls.len())
         && (1..=stops).contains(&seen.readings.len())
         && seen.readings.iter().chain(&seen.steady).all(|r| r.len() == sensors)
         && seen.heat_flows.len() == seen.readings.len()
@@ -254,6 +256,9 @@ impl Decoder<'_> {
         let (step, steps, rejected) = (self.number()?, self.count(0)?, self.count(0)?);
         let [entered, left, stored, moved, rounding] = self.numbers()?.try_into().ok()?;
         let before = if self.count(0)? > 0 { Some(self.before()?) } else { None };
+        let controls = self.numbers()?;
+        let control = |own: &[f64]| ControlState { share: own[0], integral: own[1], given: own[2], switches: own[3] as usize };
+        let controls = controls.chunks_exact(4).map(control).collect();
         let fronts = Fronts { until: self.number()?, are_near: self.count(0)? > 0 };
         let readings = (0..self.count(8)?).map(|_| self.numbers()).collect::<Option<_>>()?;
         let heat_flows = (0..self.count(8)?).map(|_| self.numbers()).collect::<Option<_>>()?;
@@ -263,7 +268,7 @@ impl Decoder<'_> {
         let settling = Settling { within, time: at, distances: self.numbers()?, since: self.numbers()? };
         let passing = self.passing()?;
         let energy = Energy { entered, left, stored, moved, rounding };
-        let state = TransientState { time, temperatures, water, step, steps, rejected, energy, before };
+        let state = TransientState { time, temperatures, controls, water, step, steps, rejected, energy, before };
         Some((state, fronts, Observations { readings, heat_flows, steady, settling, passing }))
     }
 }

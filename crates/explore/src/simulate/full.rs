@@ -292,6 +292,15 @@ impl<'a> FullRun<'a> {
                 .iter()
                 .enumerate()
                 .filter_map(|(s, wall)| Some(boiling_note(network, s, (*wall)?)))
+                .chain(network.loops.iter().zip(&self.state.controls).map(|(own, at)| {
+                    let share = 100.0 * at.given / (self.state.time - self.schedule.start());
+                    format!(
+                        "controller '{}': {share:.1} % of the full power on average, {} switches, now {:.1} %",
+                        own.name,
+                        at.switches,
+                        100.0 * at.share
+                    )
+                }))
                 .chain(self.unresolved.map(|(from, until)| {
                     format!("formulas have more kinks between {from:.0} s and {until:.0} s than are looked for: short pulses may be lost")
                 }))

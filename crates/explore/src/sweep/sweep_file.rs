@@ -12,7 +12,7 @@ use super::{
 };
 use crate::external::{Program, TemplateValues};
 use coldplate_base::error::{Error, Result};
-use coldplate_base::progress::Silent;
+use coldplate_base::progress::{Progress, Silent};
 use coldplate_describe::machine::{Condition, Machine, ModelError, Scope};
 use coldplate_solve::study::Study;
 
@@ -49,6 +49,14 @@ impl Sweep {
     /// # Errors
     /// One of the files is wrong, the mesh cannot be made, or the program not be run.
     pub fn open(path: impl AsRef<Path>, cells: Option<usize>, sets: &[(String, String)]) -> Result<Self> {
+        Self::open_heard(path, cells, sets, &Silent)
+    }
+
+    /// [`Sweep::open`] with a word on the choice of cells that an accuracy asks for.
+    ///
+    /// # Errors
+    /// Errors of [`Sweep::open`].
+    pub fn open_heard(path: impl AsRef<Path>, cells: Option<usize>, sets: &[(String, String)], progress: &dyn Progress) -> Result<Self> {
         let definition = SweepDefinition::read(path.as_ref())?;
         let (scope, program) = definition.asked(sets)?;
         // Before the mesh, which takes its time: a mistake in the design should show at once.
@@ -64,7 +72,7 @@ impl Sweep {
             (None, Some(document)) => {
                 let rows: Vec<Condition> = plan.conditions.iter().map(|row| Condition::from_si(row.clone())).collect();
                 let counting = |_: &Machine| Ok(Condition::far_apart(&rows, CHOSEN_AT));
-                let study = Study::for_conditions(document, cells.or(definition.cells), counting, &Silent)?;
+                let study = Study::for_conditions(document, cells.or(definition.cells), counting, progress)?;
                 Self::of(definition, plan, study)
             }
             (None, None) => Err(Error::input("there is neither a machine nor a solver").in_file(path).help("name the machine file")),

@@ -34,8 +34,8 @@ extern "C" {
 /* In place of the number of a limit where there is none. */
 #define SURROGATE_NO_LIMIT (-1)
 
-/* How uncertain a value is, as standard deviations: of the fitted function, of the machine's parameters, of what the
- * model misses, and of all of it. 1.96 times the total is half the width of the band of 95 %. */
+/* How uncertain a value is, as standard deviations: of the fitted function and of the solver's mesh together, of the
+ * machine's parameters, of what the model misses, and of all of it. 1.96 times the total is half the width of the band of 95 %. */
 typedef struct {
     double fit;
     double parameters;

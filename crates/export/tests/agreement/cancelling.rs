@@ -81,9 +81,28 @@ fn with_large_weights(bytes: &[u8]) -> Vec<u8> {
     numbers.into_file()
 }
 
+/// Largest sum of the sizes of the terms that bases add to a point at a condition.
+pub fn size(surrogate: &Surrogate<'_>, x: &[f64]) -> f64 {
+    let of_basis = |basis: Basis<'_>| {
+        let columns = basis.points.iter().len();
+        let centres: Vec<f64> =
+            (0..x.len()).flat_map(|v| (0..basis.count).map(move |k| (k, v))).map(|(k, v)| basis.coordinate(k, v)).collect();
+        let kernels = kernels(surrogate, &basis, &centres, x);
+        let sum = |c: usize| kernels.iter().enumerate().map(|(k, kernel)| (kernel * basis.weight(k, c)).abs()).sum::<f64>();
+        (0..columns).map(sum).fold(0.0, f64::max)
+    };
+    surrogate.bases().map(of_basis).fold(0.0, f64::max)
+}
+
 /// What a basis adds to its points, of these centres and weights.
 fn sums(surrogate: &Surrogate<'_>, basis: &Basis<'_>, centres: &[f64], weights: &[f64], x: &[f64]) -> Vec<f64> {
     let columns = basis.points.iter().len();
+    let kernels = kernels(surrogate, basis, centres, x);
+    (0..columns).map(|c| kernels.iter().enumerate().map(|(k, kernel)| kernel * weights[k * columns + c]).sum()).collect()
+}
+
+/// Kernel of each of these centres at a condition.
+fn kernels(surrogate: &Surrogate<'_>, basis: &Basis<'_>, centres: &[f64], x: &[f64]) -> Vec<f64> {
     let scaled = |(v, x): (usize, &f64)| {
         let transform = basis.transform(v);
         let own = surrogate.scaling(transform, v).expect("the basis asks for it");
@@ -95,21 +114,17 @@ fn sums(surrogate: &Surrogate<'_>, basis: &Basis<'_>, centres: &[f64], weights: 
         (g - own.low) * own.factor + own.offset
     };
     let u: Vec<f64> = x.iter().enumerate().map(scaled).collect();
-    let mut sums = vec![0.0; columns];
-    for k in 0..basis.count {
+    let kernel = |k: usize| {
         let distances = u.iter().zip(basis.scales.iter()).enumerate().map(|(v, (u, scale))| (u - centres[v * basis.count + k]) * scale);
         let square: f64 = distances.map(|d| d * d).sum();
-        let kernel = match basis.kernel {
+        match basis.kernel {
             Kernel::ThinPlate => 0.5 * square * square.max(f64::MIN_POSITIVE).ln(),
             Kernel::Cubic => square * square.sqrt(),
             Kernel::Multiquadric => (1.0 + square).sqrt(),
             Kernel::Gaussian => (-square).exp(),
-        };
-        for (c, sum) in sums.iter_mut().enumerate() {
-            *sum += kernel * weights[k * columns + c];
         }
-    }
-    sums
+    };
+    (0..basis.count).map(kernel).collect()
 }
 
 /// A polynomial whose first point is so large that single precision has no digit behind its point, and the point's name.

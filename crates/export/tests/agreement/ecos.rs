@@ -38,7 +38,7 @@ fn units_answer_in_ecos(target: Target) {
     let names = lay_out(&folder, target, |_| 200);
     let output = Command::new(python).current_dir(&folder).args(["-c", DRIVER]).output().expect("python3 starts");
     assert!(output.status.success(), "{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
-    compare(&folder, &names, &Terms { answers, cancelling: 1e-12 });
+    compare(&folder, &names, &Terms { answers, order_is_own: false });
     compare_courses(&folder, |_| STEP, 1e-12);
     let _ = std::fs::remove_dir_all(&folder);
 }

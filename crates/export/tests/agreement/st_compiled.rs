@@ -136,7 +136,7 @@ fn agree(kind: &str, around: &str, source: &str, translate: impl Fn(&Path, &str,
         let ended = Command::new(&program).stdin(read).stdout(write).status().expect("it starts");
         assert!(ended.success(), "{kind}, {name}: {ended}");
     }
-    compare(&folder, &names, &Terms { answers, cancelling: 5e-12 });
+    compare(&folder, &names, &Terms { answers, order_is_own: true });
     let _ = std::fs::remove_dir_all(&folder);
 }
 

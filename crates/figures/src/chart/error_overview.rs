@@ -22,7 +22,7 @@ pub struct PointErrors {
     pub k_fold: Option<f64>,
     /// Largest error on held-out conditions.
     pub held_out_max: Option<f64>,
-    /// Half width of the 95 % band.
+    /// Half width of the fit's 95 % band.
     pub half_width: Option<f64>,
 }
 
@@ -53,7 +53,7 @@ const WIDTH: f64 = 960.0;
 const KINDS: [(Marker, Rgb, &str); 4] = [
     (Marker::Ring, BLUE, "leave-one-out, rms"),
     (Marker::Square, GREEN, "k-fold, rms"),
-    (Marker::Cross, INK, "half width of the 95 % band"),
+    (Marker::Cross, INK, "half width of the fit's 95 % band"),
     (Marker::Triangle, VERMILLION, "held out, largest"),
 ];
 

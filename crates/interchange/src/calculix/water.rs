@@ -80,16 +80,14 @@ fn carry(deck: &mut Deck, from: u32, to: u32, at: [f64; 3], rate: f64) {
 fn leave(model: &MeshedMachine, state: &SteadyState, ends: &[Ends], deck: &mut Deck) {
     let (streams, flows) = (&model.network.streams, &state.solution.streams);
     for (u, end) in ends.iter().enumerate() {
-        let taken: f64 = (streams.iter().zip(flows))
-            .flat_map(|(below, flow)| {
-                below.upstream.iter().zip(&flow.mixture).map(move |(above, share)| (above, share * flow.capacity_rate))
-            })
-            .filter(|(above, _)| **above == u)
-            .map(|(_, rate)| rate)
-            .sum();
-        let left = flows[u].capacity_rate - taken;
-        if left > LEAST_FLOW * flows[u].capacity_rate {
-            carry(deck, end.outlet, OUTSIDE, deck.nodes[end.outlet as usize - 1], left);
+        let takes = |(below, flow): (&Stream, &StreamState)| {
+            let offered: f64 = below.upstream.iter().map(|above| flows[*above].mass_flow).sum();
+            below.upstream.contains(&u).then(|| flow.mass_flow * flows[u].mass_flow / offered)
+        };
+        let taken: f64 = streams.iter().zip(flows).filter_map(takes).sum();
+        let left = 1.0 - taken / flows[u].mass_flow;
+        if left > LEAST_FLOW {
+            carry(deck, end.outlet, OUTSIDE, deck.nodes[end.outlet as usize - 1], left * flows[u].capacity_rate);
         }
     }
 }

@@ -64,7 +64,8 @@ impl<'a> Results<'a> {
             Some(found) => (plan, found, None),
             None => {
                 self.progress.say(&format!("{}: solving conditions that {} does not hold yet", path.display(), folder.display()));
-                let FinishedSweep { swept, fit, .. } = adaptive::run(&Sweep::open(path, None, &[])?, &folder, self.options, self.progress)?;
+                let FinishedSweep { swept, fit, .. } =
+                    adaptive::run(&Sweep::open_heard(path, None, &[], self.progress)?, &folder, self.options, self.progress)?;
                 let tables = DesignTables::from(&swept);
                 (swept.plan, tables, fit)
             }

@@ -13,6 +13,7 @@ mod views;
 use std::collections::{HashMap, HashSet};
 
 use super::block::Gap;
+use super::control::ControlLoop;
 use super::stream::{CircuitTree, Stream};
 use super::{Block, NONE, Network};
 use crate::mesh::{Mesh, path};
@@ -49,6 +50,7 @@ impl Network {
         builder.streams()?;
         builder.sources()?;
         builder.sensors()?;
+        builder.network.loops = ControlLoop::of(machine);
         builder.meters()?;
         Ok(builder.network)
     }

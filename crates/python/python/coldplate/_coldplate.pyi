@@ -11,6 +11,7 @@ __version__: str
 _Pairs = list[tuple[str, str]]
 _Progress = Optional[Callable[[str, Optional[int], Optional[int]], Any]]
 _Table = tuple[list[tuple[str, list[str]]], list[tuple[str, str, NDArray[np.float64]]], int, _Pairs]
+_Named = tuple[str | None, _Table | None]
 _Floats = NDArray[np.float64]
 
 class Surrogate:
@@ -44,7 +45,7 @@ class Machine:
     def solve(self, condition: _Pairs, cells: int | None, progress: _Progress) -> str: ...
     def simulate(
         self,
-        schedule: str,
+        schedule: _Named,
         condition: _Pairs,
         start: str,
         within: str,
@@ -76,7 +77,7 @@ class Reduced:
     def solve(self, condition: _Pairs) -> str: ...
     def predict(self, x: _Floats, progress: _Progress) -> tuple[_Floats, _Floats, NDArray[np.bool_]]: ...
     def simulate(
-        self, schedule: str, condition: _Pairs, start: str, within: str, every: str | None, progress: _Progress
+        self, schedule: _Named, condition: _Pairs, start: str, within: str, every: str | None, progress: _Progress
     ) -> tuple[str, _Table, str]: ...
 
 def sweep(path: str, out: str, sets: _Pairs, cells: int | None, progress: _Progress) -> tuple[str, _Table]: ...
@@ -85,15 +86,16 @@ def fit(
 ) -> tuple[bytes, str]: ...
 def identify(
     machine: Machine,
-    data: str | None,
+    data: _Named,
+    instruments: str | None,
     free: list[str],
-    tests: list[str],
+    divisions: tuple[list[str], list[str]],
     starts: int,
     cells: int | None,
     progress: _Progress,
 ) -> tuple[str, str]: ...
 def diagnose(
-    machine: Machine, data: str, cells: int | None, progress: _Progress
+    machine: Machine, data: _Named, instruments: str | None, cells: int | None, progress: _Progress
 ) -> tuple[str, str, str | None, str, str | None]: ...
 def read_table(path: str) -> _Table: ...
 def write_file(path: str, content: bytes) -> None: ...

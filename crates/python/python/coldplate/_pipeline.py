@@ -17,10 +17,24 @@ from ._surrogate import Record, Surrogate, rows_of
 from ._table import Table
 
 Path = "str | os.PathLike"
+Columns = "Table | Mapping[str, Any]"
 
 
 def _pairs(values: Mapping[str, Any]) -> list[tuple[str, str]]:
     return [(name, str(value)) for name, value in values.items()]
+
+
+def _named(data: Any) -> tuple[str | None, tuple | None]:
+    """A file by its path, or the columns of a table, a data frame or a mapping."""
+    if data is None or isinstance(data, (str, os.PathLike)):
+        return None if data is None else os.fspath(data), None
+    return None, (data if isinstance(data, Table) else Table(data))._parts
+
+
+def _instruments(data: Any, path: Any) -> str | None:
+    if path is not None and (data is None or isinstance(data, (str, os.PathLike))):
+        raise InputError("instruments are named for columns alone\n help: of a file they stand beside it: DATA.toml")
+    return None if path is None else os.fspath(path)
 
 
 class Result:
@@ -218,7 +232,7 @@ class Reduced:
 
     def simulate(
         self,
-        schedule: Path,
+        schedule: Path | Columns,
         *,
         start: str = "steady",
         within: str = "1 K",
@@ -226,8 +240,8 @@ class Reduced:
         progress: Progress = None,
         **condition: str,
     ) -> History:
-        """Temperatures over time, through a schedule in CSV; of a model that was made with histories."""
-        args = (os.fspath(schedule), _pairs(condition), start, within, every, callback(progress))
+        """Temperatures over time, through a schedule in CSV or in columns such as "time [s]"; of a model that was made with histories."""
+        args = (_named(schedule), _pairs(condition), start, within, every, callback(progress))
         record, table, svg = self._native.simulate(*args)
         return History(Record.of(record), Table._of(table), svg)
 
@@ -277,7 +291,7 @@ class Machine:
 
     def simulate(
         self,
-        schedule: Path,
+        schedule: Path | Columns,
         *,
         start: str = "steady",
         within: str = "1 K",
@@ -286,8 +300,16 @@ class Machine:
         progress: Progress = None,
         **condition: str,
     ) -> History:
-        """Temperatures over time, through a schedule in CSV."""
-        args = (os.fspath(schedule), _pairs(condition), start, within, every, cells, callback(progress))
+        """Temperatures over time, through a schedule in CSV, or in columns: a data frame, a table or a mapping with names such as
+        "time [s]" and "coolant_flow [L/min]". A column or an index of dates or durations is the time too.
+
+        >>> machine = Machine.read("examples/tutorial/machine.toml")
+        >>> steps = {"time [min]": [0, 0, 60], "motor_speed [rpm]": [500, 2000, 2000]}
+        >>> history = machine.simulate(steps, cells=150)
+        >>> history.sensors.motor.end_degC > history.sensors.motor.start_degC
+        True
+        """
+        args = (_named(schedule), _pairs(condition), start, within, every, cells, callback(progress))
         record, table, svg = self._native.simulate(*args)
         return History(Record.of(record), Table._of(table), svg)
 
@@ -344,23 +366,34 @@ class Machine:
 
     def identify(
         self,
-        data: Path | None = None,
+        data: Path | Columns | None = None,
         *,
         free: Sequence[str],
         tests: Sequence[str] = (),
+        hold_out: Sequence[str] = (),
+        instruments: Path | None = None,
         starts: int = 5,
         cells: int | None = None,
         progress: Progress = None,
     ) -> Identified:
-        """Numbers of the machine file from readings in CSV, or from those that stand in the file."""
-        data = None if data is None else os.fspath(data)
-        args = (self._native, data, list(free), list(tests), starts, cells, callback(progress))
+        """Numbers of the machine file from readings: in CSV, in columns such as "motor [degC]" of a data frame or mapping, or those that
+        stand in the machine file. `tests` names tests to use alone; `hold_out` keeps readings out, which are then predicted
+        untouched (`.held_out`): a test by its name, "20%", or "every:5". `instruments` is a TOML file that says how uncertain
+        readings in columns are; usual limits (0.1 K) are taken without.
+        """
+        if tests and hold_out:
+            raise InputError("tests and hold_out exclude each other\n help: tests that are not held out are used")
+        divisions = (list(tests), list(hold_out))
+        args = (self._native, _named(data), _instruments(data, instruments), list(free), divisions, starts, cells, callback(progress))
         record, machine = _coldplate.identify(*args)
         return Identified(Record.of(record), machine)
 
-    def diagnose(self, data: Path, *, cells: int | None = None, progress: Progress = None) -> Diagnosis:
-        """What the simulation gets wrong against readings in CSV, and why. Nothing is written."""
-        record, *rest = _coldplate.diagnose(self._native, os.fspath(data), cells, callback(progress))
+    def diagnose(
+        self, data: Path | Columns, *, instruments: Path | None = None, cells: int | None = None, progress: Progress = None
+    ) -> Diagnosis:
+        """What the simulation gets wrong against readings, in CSV or in columns as `identify` takes them, and why. Nothing is
+        written."""
+        record, *rest = _coldplate.diagnose(self._native, _named(data), _instruments(data, instruments), cells, callback(progress))
         return Diagnosis(Record.of(record), *rest)
 
     def __repr__(self) -> str:

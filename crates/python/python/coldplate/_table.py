@@ -5,12 +5,38 @@ from __future__ import annotations
 import html
 import os
 from collections.abc import Iterator, Mapping
+from numbers import Real
 from typing import Any
 
 import numpy as np
 
 from . import _coldplate
 from ._errors import InputError
+
+
+def _columns_of(columns: Any) -> list[tuple[Any, Any]]:
+    """Headers and values of a mapping or a data frame; an index of times is the column `time`."""
+    pairs = list(columns.items()) if hasattr(columns, "items") else [(name, columns[name]) for name in columns.columns]
+    index = getattr(columns, "index", None)
+    kind = getattr(getattr(index, "dtype", None), "kind", "")
+    if kind in ("m", "M") and all(str(header).partition("[")[0].strip() != "time" for header, _ in pairs):
+        pairs.insert(0, ("time", index))
+    return pairs
+
+
+def _plain(values: Any, unit: str) -> tuple[np.ndarray, str]:
+    """Values as numbers or texts, with their unit: dates become texts, durations seconds, and missing numbers NaN."""
+    values = np.asarray(values)
+    if values.dtype.kind == "M":
+        # A date has no unit; the reader of dates finds it in the text.
+        return np.datetime_as_string(values).astype(object), ""
+    if values.dtype.kind == "m":
+        return values / np.timedelta64(1, "s"), "s"
+    if values.dtype.kind == "O":
+        missing = [value is None or type(value).__name__ in ("NAType", "NaTType") for value in values]
+        if all(none or isinstance(value, Real) for none, value in zip(missing, values)):
+            return np.array([np.nan if none else float(value) for none, value in zip(missing, values)]), unit
+    return values, unit
 
 
 class Table(Mapping):
@@ -25,13 +51,15 @@ class Table(Mapping):
         """`columns` has names with units as in `"coolant_flow [L/min]"`; `inputs` names those that are conditions, otherwise
         the four usual ones are. Columns of text are labels. Data frames of pandas and polars are taken too."""
         numbers, texts = {}, []
-        for header, values in columns.items():
+        for header, values in _columns_of(columns):
             name, _, unit = str(header).partition("[")
-            values = np.asarray(values)
+            values, unit = _plain(values, unit.rstrip("] ").strip())
             if values.dtype.kind in "OUS":
                 texts.append((name.strip(), [str(value) for value in values]))
+            elif name.strip() in numbers:
+                raise InputError(f"'{name.strip()}' stands in two columns\n help: keep one of them")
             else:
-                numbers[name.strip()] = (unit.rstrip("] ").strip() or "1", np.ascontiguousarray(values, dtype=float))
+                numbers[name.strip()] = (unit or "1", np.ascontiguousarray(values, dtype=float))
         usual = ["coolant_flow", "coolant_temperature", "motor_speed", "ambient_temperature"]
         inputs = [name for name in usual if name in numbers] if inputs is None else list(inputs)
         missing = [name for name in inputs if name not in numbers]

@@ -115,7 +115,7 @@ impl MeshedMachine {
     pub fn solve(&self, solver: &Solver<'_>, condition: &Condition) -> Result<SteadyState> {
         let load = Load::at(&self.machine, condition)?;
         let solution = solver.steady(&load)?;
-        Ok(SteadyState { load, solution })
+        Ok(SteadyState { load: load.with_shares(&self.network, &solution.shares), solution })
     }
 
     /// Solves one condition from temperatures of all nodes (K) that are about `error` (K) from the solution.
@@ -125,7 +125,7 @@ impl MeshedMachine {
     pub fn solve_from(&self, solver: &Solver<'_>, condition: &Condition, start: &[f64], error: f64) -> Result<SteadyState> {
         let load = Load::at(&self.machine, condition)?;
         let solution = solver.steady_from(&load, start, error)?;
-        Ok(SteadyState { load, solution })
+        Ok(SteadyState { load: load.with_shares(&self.network, &solution.shares), solution })
     }
 
     /// The machine's limits in a state.

@@ -26,6 +26,9 @@ pub struct SolveRecord {
     /// Heat-flow sensors, W; left out where there is none.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub heat_flows: BTreeMap<String, f64>,
+    /// Share of its sources' power that each controller gives, from 0 to 1; left out where there is none.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub controllers: BTreeMap<String, f64>,
     pub enclosures: BTreeMap<String, Vec<SurfaceRecord>>,
     pub limits: Vec<LimitRecord>,
     pub boundaries: BTreeMap<String, BoundaryRecord>,
@@ -280,6 +283,7 @@ impl MeshedMachine {
             coolant: coolant.collect(),
             contacts: contact_flows(network, &state.load.contacts, &solution.temperatures).into_iter().map(ContactRecord::of).collect(),
             heat_flows: network.meters.iter().map(|m| m.name.clone()).zip(self.heat_flows(state)).collect(),
+            controllers: network.loops.iter().map(|own| own.name.clone()).zip(solution.shares.iter().copied()).collect(),
             enclosures: enclosures.collect(),
             limits: self.limits(state).iter().map(LimitRecord::of).collect(),
             boundaries: boundaries.collect(),

@@ -68,8 +68,9 @@ impl<'a> Derivatives<'a> {
     /// Takes the derivatives at a solved state. One more exact Newton step brings it to rounding first.
     ///
     /// # Errors
-    /// Errors of [`Tangent::new`] and [`Tangent::solve`].
+    /// The machine has a controller; errors of [`Tangent::new`] and [`Tangent::solve`].
     pub fn new(study: &'a Study, condition: &Condition, state: &SteadyState) -> Result<Self> {
+        study.model.machine.without_controllers("a derivative")?;
         let network = &study.model.network;
         let mut state = state.clone();
         let tangent = Tangent::new(network, &state.load, &state.solution.temperatures)?;
@@ -81,8 +82,9 @@ impl<'a> Derivatives<'a> {
     /// Derivatives at temperatures (K, of every node) that need not be in balance, as at an instant of a history.
     ///
     /// # Errors
-    /// Errors of [`Tangent::new`].
+    /// The machine has a controller; errors of [`Tangent::new`].
     pub fn at(study: &'a Study, condition: &Condition, temperatures: &[f64]) -> Result<Self> {
+        study.model.machine.without_controllers("a derivative")?;
         let network = &study.model.network;
         let load = Load::at(&study.model.machine, condition)?;
         let tangent = Tangent::new(network, &load, temperatures)?;
@@ -91,6 +93,7 @@ impl<'a> Derivatives<'a> {
             balance: balance(network, &load, &streams, temperatures),
             temperatures: temperatures.to_vec(),
             streams,
+            shares: Vec::new(),
             newton_iterations: 0,
             krylov_iterations: 0,
             assemble_seconds: 0.0,
@@ -263,6 +266,7 @@ impl Study {
     /// # Errors
     /// Errors of [`solve`](crate::meshed::MeshedMachine::solve) and [`Derivatives::new`].
     pub fn at(&self, condition: &Condition) -> Result<Derivatives<'_>> {
+        self.model.machine.without_controllers("a derivative")?;
         let state = self.model.solve(&self.model.solver(condition)?, condition)?;
         Derivatives::new(self, condition, &state)
     }

@@ -8,7 +8,6 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::Solution;
 use coldplate_base::error::Result;
 use coldplate_network::slopes::STENCIL;
-use coldplate_network::stream::members;
 use coldplate_network::surface::{Surface, SurfaceState};
 use coldplate_network::{BoundaryState, Crossing, Joint, Load, NONE, Network};
 use coldplate_physics::radiation::SIGMA;
@@ -332,11 +331,8 @@ impl<'a> Screen<'a> {
     /// Four-point difference of the residual of a circuit and of the circuits that it feeds.
     fn circuit(&self, c: usize, step: f64, change: impl Fn(&mut Load, f64)) -> Result<Disturbance> {
         let temperatures = &self.solution.temperatures;
-        let mut means = vec![(0.0, 0.0); self.network.streams.len()];
+        let means: Vec<_> = self.network.streams.iter().map(|s| s.means(temperatures)).collect();
         let circuits = self.network.downstream(c);
-        for s in circuits.iter().flat_map(|c| members(&self.network.circuits[*c].layout)) {
-            means[s] = self.network.streams[s].mean_temperatures(temperatures);
-        }
         let mut rows = BTreeMap::new();
         let mut states = self.solution.streams.clone();
         for (place, weight) in STENCIL {

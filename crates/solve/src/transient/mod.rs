@@ -6,6 +6,8 @@
 //! own mean (`water`); the heat it brings counts as one integral. In a steady state this becomes the steady state's law.
 
 mod before;
+mod control;
+mod energy;
 mod lumped;
 mod modes;
 pub mod parcels;
@@ -16,12 +18,14 @@ mod stage;
 pub mod tr_bdf2;
 pub mod water;
 
-use super::balance::{Balance, balance};
 use super::steady::Solver;
 use super::system::System;
 pub use before::Before;
 use coldplate_base::error::{Error, Result, Stop};
 use coldplate_network::{Load, Network, Stream, StreamState};
+pub use control::ControlState;
+use control::{ControlledStage, Integration};
+pub use energy::{Energy, HeatPassing};
 use lumped::LumpedSolver;
 use modes::Modes;
 use parcels::{Parcel, Parcels};
@@ -66,6 +70,8 @@ pub struct TransientState {
     pub time: f64,
     /// Temperature of every node, K; water nodes are the ends of their stations.
     pub temperatures: Vec<f64>,
+    /// Controllers of the network; empty before the first step if they start from the law alone.
+    pub controls: Vec<ControlState>,
     /// Water in each stream from inlet to outlet.
     pub water: Vec<Parcels>,
     /// Next step to try, s; 0 lets the integrator choose.
@@ -79,46 +85,6 @@ pub struct TransientState {
     /// The step that led here, from which the next one's error is estimated: `None` at the beginning and behind a corner of the
     /// condition, where earlier slopes tell nothing.
     pub before: Option<Before>,
-}
-
-/// Heat that crossed the boundary of the machine and its water, and stored heat, J.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Energy {
-    /// Heat that entered.
-    pub entered: f64,
-    /// Heat that left.
-    pub left: f64,
-    /// Increase of the stored heat since the beginning.
-    pub stored: f64,
-    /// Heat that parts and water took up or gave off from step to step, whatever its sign: what a closed machine exchanges inside.
-    pub moved: f64,
-    /// Rounding of the stored heat, step by step.
-    pub rounding: f64,
-}
-
-/// Rounding of a sum of enthalpies, in units of its terms' rounding; dimensionless. Chosen: a few operations for each term.
-const ROUNDINGS: f64 = 8.0;
-
-impl Energy {
-    /// Error of the balance, entered - left - stored, beyond rounding and over the largest of the three and of the heat that moved.
-    pub fn relative(&self) -> f64 {
-        let largest = self.entered.max(self.left).max(self.stored.abs()).max(self.moved);
-        let open = (self.entered - self.left - self.stored).abs();
-        // An error that is not a number is not within rounding.
-        if open <= self.rounding { 0.0 } else { (open - self.rounding) / largest }
-    }
-
-    /// Counts the heat `more` that something took up and now has `now`, J.
-    fn store(&mut self, more: f64, now: f64) {
-        self.stored += more;
-        self.moved += more.abs();
-        self.rounding += ROUNDINGS * f64::EPSILON * now.abs();
-    }
-
-    fn add(&mut self, entered: f64, left: f64) {
-        self.entered += entered;
-        self.left += left;
-    }
 }
 
 /// A network over time.
@@ -144,25 +110,6 @@ enum Strides {
     /// Exact steps are allowed, once the modes are known.
     Wanted,
     Known(Box<Modes>),
-}
-
-/// Heat that enters and leaves the solids and their surroundings other than water, W.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct HeatPassing {
-    /// Heat that enters.
-    pub entering: f64,
-    /// Heat that leaves.
-    pub leaving: f64,
-}
-
-impl HeatPassing {
-    fn at(network: &Network, load: &Load, temperatures: &[f64]) -> Self {
-        Self::of(&balance(network, load, &[], temperatures))
-    }
-
-    fn of(found: &Balance) -> Self {
-        Self { entering: found.in_watts, leaving: found.out_watts }
-    }
 }
 
 impl<'a> Transient<'a> {
@@ -195,7 +142,7 @@ impl<'a> Transient<'a> {
     /// [`Transient::advance`] are of no interest.
     #[must_use]
     pub fn in_strides(mut self) -> Self {
-        self.strides = if self.lumped.is_some() { Strides::Wanted } else { Strides::No };
+        self.strides = if self.lumped.is_some() && self.network.loops.is_empty() { Strides::Wanted } else { Strides::No };
         self
     }
 
@@ -212,9 +159,11 @@ impl<'a> Transient<'a> {
         let solver = Solver::new(self.network, load)?;
         let solution = solver.steady(load)?;
         let water = steady_water(self.network, load, &solution.streams, &solution.temperatures);
+        let controls = ControlState::steady(self.network, load, &solution.temperatures, &solution.shares);
         Ok(TransientState {
             time: 0.0,
             temperatures: solution.temperatures,
+            controls,
             water,
             step: 0.0,
             steps: 0,
@@ -229,7 +178,8 @@ impl<'a> Transient<'a> {
         let mut temperatures = vec![temperature; self.network.nodes];
         self.network.hold(load, &mut temperatures);
         let water = even_water(self.network, temperature);
-        TransientState { time: 0.0, temperatures, water, step: 0.0, steps: 0, rejected: 0, energy: Energy::default(), before: None }
+        let (controls, energy) = (Vec::new(), Energy::default());
+        TransientState { time: 0.0, temperatures, controls, water, step: 0.0, steps: 0, rejected: 0, energy, before: None }
     }
 
     /// Sets every node of a part or lumped node to a temperature, K; those that are held keep theirs.
@@ -277,18 +227,20 @@ impl<'a> Transient<'a> {
         if let Some(end) = self.stride(state, until, now, load)? {
             return Ok(end);
         }
-        if state.before.is_none() {
-            self.settle(state, now)?;
-        }
+        let now = &self.begun(state, now)?;
         let mut step = if state.step > 0.0 { state.step } else { self.first_step(state, now) };
         let mut rejections = 0;
+        // Length of a step that ends where a thermostat switches, s.
+        let mut switches: Option<f64> = None;
         loop {
             let left = until - state.time;
             let given = self.given_step(state.time, until).filter(|_| rejections == 0);
             step = given.unwrap_or(step);
-            let is_last = step >= left * (1.0 - 1e-9);
+            let is_last = step >= left * (1.0 - 1e-9) && switches.is_none();
             // Two even steps rather than a long one and a sliver.
-            let h = if is_last {
+            let h = if let Some(length) = switches {
+                length
+            } else if is_last {
                 left
             } else if step > 0.5 * left && given.is_none() {
                 0.5 * left
@@ -302,7 +254,7 @@ impl<'a> Transient<'a> {
                 Err(_) => {
                     rejections += 1;
                     state.rejected += 1;
-                    step = 0.25 * h;
+                    (step, switches) = (0.25 * h, None);
                     continue;
                 }
             };
@@ -317,12 +269,22 @@ impl<'a> Transient<'a> {
                     )
                     .help("allow a larger tolerance, or look for a jump in the schedule that is no corner of it"));
                 }
-                step = h * growth.clamp(0.1, 0.7);
+                (step, switches) = (h * growth.clamp(0.1, 0.7), None);
+                continue;
+            }
+            if let Some(share) = self.switch_within(next.excess) {
+                rejections += 1;
+                state.rejected += 1;
+                if rejections >= MOST_REJECTIONS || h < SHORTEST {
+                    return Err(self.chatters(state.time));
+                }
+                switches = Some(share * h);
                 continue;
             }
             let temperatures = std::mem::replace(&mut state.temperatures, next.temperatures);
             state.time = if is_last { until } else { state.time + h };
-            let now = if is_last { load(state.time)? } else { next.load };
+            let now = if is_last { load(state.time)?.with_shares(self.network, &next.shares) } else { next.load };
+            state.advance_controls(h, &next.shares, &next.integrals);
             state.before = Some(Before {
                 temperatures,
                 between: next.between,
@@ -343,7 +305,7 @@ impl<'a> Transient<'a> {
             } else {
                 h
             };
-            state.step = if is_last { step.max(grown) } else { grown }.min(self.settings.longest);
+            state.step = if is_last || switches.is_some() { step.max(grown) } else { grown }.min(self.settings.longest);
             self.network.check_coolant(&now, &state.temperatures)?;
             return Ok(now);
         }
@@ -410,30 +372,47 @@ impl<'a> Transient<'a> {
             None => (self.solid_flow(now, &state.temperatures), HeatPassing::at(network, now, &state.temperatures)),
         };
 
-        let first = ImplicitStage {
-            duration: GAMMA * h,
-            own: OWN * h,
-            earlier: vec![(OWN * h, &begin)],
-            effective: (0.5, vec![(0.5, &state.temperatures)]),
-            begin: now,
-            middle: early,
-            load: &between,
-        };
+        let rates = self.rates(state, now);
         let guess = self.extrapolated(state, GAMMA * h);
-        let SolvedStage { temperatures: at_between, flow, passing: passing_between, .. } = self.solve(&first, state, guess)?;
-        let second = ImplicitStage {
-            duration: h,
-            own: OWN * h,
-            earlier: vec![(EARLIER * h, &begin), (EARLIER * h, &flow)],
-            effective: (OWN, vec![(EARLIER, &state.temperatures), (EARLIER, &at_between)]),
-            begin: now,
-            middle,
-            load: &end,
+        let mut first = |own: &mut Self, load: &Load| {
+            let stage = ImplicitStage {
+                duration: GAMMA * h,
+                own: OWN * h,
+                earlier: vec![(OWN * h, &begin)],
+                effective: (0.5, vec![(0.5, &state.temperatures)]),
+                begin: now,
+                middle: early,
+                load,
+            };
+            own.solve(&stage, state, guess.clone())
         };
-        let guess = self.continued(state, h, &at_between);
-        let SolvedStage { temperatures, water, flow, passing: last } = self.solve(&second, state, guess)?;
+        let earlier = Integration { own: OWN * h, earlier: &[(OWN * h, &rates)], shares: state.shares() };
+        let at_between = self.controlled_stage(state, &between, earlier, &mut first)?;
+        let SolvedStage { temperatures: between_at, flow, passing: passing_between, .. } = at_between.solved;
+        let guess = self.continued(state, h, &between_at);
+        let mut second = |own: &mut Self, load: &Load| {
+            let stage = ImplicitStage {
+                duration: h,
+                own: OWN * h,
+                earlier: vec![(EARLIER * h, &begin), (EARLIER * h, &flow)],
+                effective: (OWN, vec![(EARLIER, &state.temperatures), (EARLIER, &between_at)]),
+                begin: now,
+                middle,
+                load,
+            };
+            own.solve(&stage, state, guess.clone())
+        };
+        let known: [(f64, &[f64]); 2] = [(EARLIER * h, &rates), (EARLIER * h, &at_between.rates)];
+        let earlier = Integration { own: OWN * h, earlier: &known, shares: at_between.shares };
+        let ControlledStage { solved, load: end, shares, integrals, .. } = self.controlled_stage(state, &end, earlier, &mut second)?;
+        let SolvedStage { temperatures, water, flow, passing: last } = solved;
+        let excess = [
+            self.excess(state, now, &state.temperatures),
+            self.excess(state, &between, &between_at),
+            self.excess(state, &end, &temperatures),
+        ];
 
-        let error = self.local_error(state, h, &at_between, &temperatures);
+        let error = self.local_error(state, h, &between_at, &temperatures);
         let mut energy = state.energy;
         for (weight, passing) in [(EARLIER, passing), (EARLIER, passing_between), (OWN, last)] {
             energy.add(weight * h * passing.entering, weight * h * passing.leaving);
@@ -442,7 +421,8 @@ impl<'a> Transient<'a> {
         energy.stored += water.stored;
         energy.moved += water.stored.abs();
         self.store(&mut energy, &state.temperatures, &temperatures);
-        Ok((Taken { temperatures, between: at_between, water: water.parcels, energy, load: end, flow, passing: last }, error))
+        let water = water.parcels;
+        Ok((Taken { temperatures, between: between_at, water, energy, load: end, flow, passing: last, shares, integrals, excess }, error))
     }
 
     /// Counts the heat that the solids took up in a step.
@@ -497,4 +477,9 @@ struct Taken {
     load: Load,
     flow: Vec<f64>,
     passing: HeatPassing,
+    /// Shares of the controllers at the end, and their integrals.
+    shares: Vec<f64>,
+    integrals: Vec<f64>,
+    /// Excess of thermostats' sensors over the ends of their bands at the three states of the step, K.
+    excess: [f64; 3],
 }

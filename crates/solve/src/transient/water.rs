@@ -137,13 +137,9 @@ impl<'n> Streams<'n> {
             let ends = passage.at_ends(&parcels, plan.outlet(marks));
             let first = stream.first_node as usize;
             temperatures[first..first + ends.len()].copy_from_slice(&ends);
-            // Each circuit counts on its own: water that one gives to another leaves here and enters there.
-            if !stream.upstream.iter().any(|above| self.network.streams[*above].circuit == stream.circuit) {
-                found.brought += passage.moved() * heat(&self.entering(stream.circuit, s, |above| &passed[above].outflow));
-            }
-            if !self.network.streams.iter().any(|below| below.circuit == stream.circuit && below.upstream.contains(&s)) {
-                found.brought -= passage.moved() * heat(&plan.outflow(marks));
-            }
+            // Every stream counts on its own: water that it gives to another leaves here and enters there.
+            let entering = heat(&self.entering(stream.circuit, s, |above| &passed[above].outflow));
+            found.brought += passage.moved() * (entering - heat(&plan.outflow(marks)));
             let content = |parcels: &Parcels| passage.volumetric * parcels.iter().map(|p| p.volume * (p.mean() - zero)).sum::<f64>();
             found.stored += content(&parcels) - content(&self.parcels[s]);
             found.dissipated += plan.dissipated;

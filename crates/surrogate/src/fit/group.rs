@@ -1,11 +1,14 @@
 //! Outputs that are present on the same rows, and their treatment in every fold.
+//!
+//! Rows at one condition are one condition with several readings. Fitted are the means; conditions, not rows, are held out and counted.
+//! The scatter of the readings about their mean counts in the band alone.
 
 use rayon::prelude::*;
 
 use super::evaluate::scaled;
 use super::model::Transform;
 use super::polynomial::{FittedPolynomial, PolynomialSearch};
-use super::validation::{Remoteness, folds, remoteness};
+use super::validation::{Remoteness, conditions, folds, remoteness};
 use super::{FitOptions, FitSamples};
 use coldplate_base::random::Random;
 
@@ -21,12 +24,24 @@ pub(super) struct OutputGroup<'a> {
     pub(super) samples: &'a FitSamples,
     pub(super) options: &'a FitOptions,
     pub(super) search: PolynomialSearch<'a>,
+    /// Conditions, no two alike.
     pub(super) rows: Vec<&'a [f64]>,
     pub(super) outputs: Vec<usize>,
-    /// Values of the outputs on the rows.
+    /// Means of the outputs' readings at each condition.
     pub(super) y: Vec<Vec<f64>>,
+    pub(super) readings: Readings,
     pub(super) folds: Vec<usize>,
     pub(super) fold_count: usize,
+}
+
+/// The rows of a table behind its conditions.
+pub(super) struct Readings {
+    /// Condition of each row.
+    pub(super) condition: Vec<usize>,
+    /// Share of its condition that each row has.
+    pub(super) share: Vec<f64>,
+    /// Differences of the rows' readings from the means at their conditions, by output.
+    pub(super) scatter: ResidualRows,
 }
 
 /// Residuals by row, one list per output treated.
@@ -45,12 +60,29 @@ pub(super) struct Dictionary {
 
 impl<'a> OutputGroup<'a> {
     pub(super) fn new(samples: &'a FitSamples, options: &'a FitOptions, active: &'a [bool], rows: Vec<usize>, outputs: Vec<usize>) -> Self {
-        let y = outputs.iter().map(|o| rows.iter().map(|i| samples.outputs[*o].values[*i]).collect()).collect();
-        let rows: Vec<&[f64]> = rows.iter().map(|i| samples.rows[*i].as_slice()).collect();
+        let all: Vec<&[f64]> = rows.iter().map(|i| samples.rows[*i].as_slice()).collect();
+        let members = conditions(&all);
+        let (mut condition, mut share) = (vec![0; all.len()], vec![0.0; all.len()]);
+        for (c, members) in members.iter().enumerate() {
+            members.iter().for_each(|row| (condition[*row], share[*row]) = (c, 1.0 / members.len() as f64));
+        }
+        let (mut y, mut scatter) = (Vec::new(), Vec::new());
+        for output in &outputs {
+            let value = |row: usize| samples.outputs[*output].values[rows[row]];
+            let mean = |members: &Vec<usize>| match members.as_slice() {
+                [one] => value(*one),
+                some => some.iter().map(|row| value(*row)).sum::<f64>() / some.len() as f64,
+            };
+            let means: Vec<f64> = members.iter().map(mean).collect();
+            scatter.push((0..all.len()).map(|row| value(row) - means[condition[row]]).collect());
+            y.push(means);
+        }
+        let rows: Vec<&[f64]> = members.iter().map(|members| all[members[0]]).collect();
+        let readings = Readings { condition, share, scatter };
         let search = PolynomialSearch { variables: &samples.variables, active, max_degree: options.max_degree };
         let fold_count = options.folds.min(rows.len());
         let folds = folds(&rows, fold_count, options.seed);
-        Self { samples, options, search, rows, outputs, y, folds, fold_count }
+        Self { samples, options, search, rows, outputs, y, readings, folds, fold_count }
     }
 
     /// Polynomials of every dictionary that is worth trying, the smallest first. Held out is the whole procedure, transforms and

@@ -9,7 +9,7 @@ use super::least_squares::max_abs;
 use super::model::{PointModel, PointSpec, RbfBasis, SurrogateSpec};
 use super::polynomial::FittedPolynomial;
 use super::radial::{Radial, RadialResult};
-use super::validation::{half_width, half_width_of_few};
+use super::validation::{conditions, half_width_of_few, half_width_of_readings};
 use super::{CandidateModel, FitOptions, FitSamples, ModelFamily, PointReport, ResidualSizes, SurrogateFit};
 use coldplate_base::error::{Error, Result};
 use coldplate_base::numbers::root_mean_square;
@@ -57,14 +57,20 @@ pub fn fit_heard(samples: &FitSamples, options: &FitOptions, progress: &dyn Prog
     for (o, output) in samples.outputs.iter().enumerate() {
         let rows: Vec<usize> = (0..samples.rows.len()).filter(|i| !output.values[*i].is_nan()).collect();
         let need = active.iter().filter(|a| **a).count() + 3;
-        if rows.len() < need {
-            return Err(Error::input(format!("too few rows to fit: {} of {} have a value", rows.len(), samples.rows.len()))
+        let known = conditions(&rows.iter().map(|i| samples.rows[*i].as_slice()).collect::<Vec<_>>()).len();
+        if known < need {
+            let at = if known < rows.len() { format!(", at {known} different conditions") } else { String::new() };
+            return Err(Error::input(format!("too few rows to fit: {} of {} have a value{at}", rows.len(), samples.rows.len()))
                 .at_key(output.name.clone())
-                .help(format!("at least {need} are needed, ten times the number of variables is a good start")));
+                .help(format!("at least {need} conditions are needed, ten times the number of variables is a good start")));
         }
         if rows.len() < samples.rows.len() {
             let missing = samples.rows.len() - rows.len();
             notes.push(format!("{}: {missing} of {} rows have no value and are left out", output.name, samples.rows.len()));
+        }
+        if known < rows.len() {
+            let what = "readings at one condition are fitted by their mean, and their scatter counts in the band";
+            notes.push(format!("{}: {} rows at {known} conditions; {what}", output.name, rows.len()));
         }
         groups.entry(rows).or_default().push(o);
     }
@@ -98,7 +104,7 @@ pub fn fit_heard(samples: &FitSamples, options: &FitOptions, progress: &dyn Prog
 struct Choice<'r> {
     /// Index among the candidates.
     candidate: usize,
-    /// Held-out residuals, row by row.
+    /// Held-out residuals of the means, condition by condition.
     held_out: &'r [f64],
     /// Share of the least error of the choices before it that its error must be below.
     share: f64,
@@ -130,9 +136,12 @@ impl OutputGroup<'_> {
         let mut shared_used = false;
         let remoteness = self.remoteness();
         let coverage = self.options.coverage;
-        let width = |held_out: &[f64]| match &remoteness {
-            Some(remoteness) => half_width_of_few(held_out, remoteness, coverage),
-            None => half_width(held_out, coverage),
+        // Remoteness tells how far interpolation errs. Readings that scatter do so next to a known condition as well.
+        let width = |k: usize, held_out: &[f64]| match &remoteness {
+            Some(remoteness) if max_abs(&self.readings.scatter[k]) <= least_half_width(&self.y[k]) => {
+                half_width_of_few(held_out, &self.readings.share, &self.readings.condition, remoteness, coverage)
+            }
+            _ => half_width_of_readings(held_out, &self.readings.share, coverage),
         };
         let mut result = Vec::new();
         for (k, o) in self.outputs.iter().enumerate() {
@@ -140,7 +149,9 @@ impl OutputGroup<'_> {
             let chosen = choose(&choices, |_| true).map(|index| (index, self.held_out_of_choice(&choices)));
             let output = &self.samples.outputs[*o];
             let none = || Error::numerics("no model could be fitted").at_key(output.name.clone());
-            let (index, held_out) = chosen.ok_or_else(none)?;
+            let (index, of_means) = chosen.ok_or_else(none)?;
+            let rows = self.readings.condition.iter().zip(&self.readings.scatter[k]);
+            let held_out: Vec<f64> = rows.map(|(condition, scatter)| of_means[*condition] + scatter).collect();
             let model = match (&candidates[index].family, dictionaries.get(index), &radial) {
                 (ModelFamily::Polynomial { .. }, Some(one), _) => PointModel::Polynomial(one.fitted[k].expanded()),
                 (ModelFamily::Rbf { own: false, .. }, _, Some(radial)) => {
@@ -157,9 +168,9 @@ impl OutputGroup<'_> {
             let report = PointReport {
                 name: output.name.clone(),
                 unit: output.unit.clone(),
-                rows: self.rows.len(),
+                rows: held_out.len(),
                 chosen: candidates[index].clone(),
-                half_width: width(&held_out).max(least_half_width(&self.y[k])),
+                half_width: width(k, &held_out).max(least_half_width(&self.y[k])),
                 held_out,
                 candidates,
             };

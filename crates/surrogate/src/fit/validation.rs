@@ -1,39 +1,39 @@
 //! Folds for cross-validation and the half width of a band from its residuals.
 
+use std::cmp::Ordering;
+
 use nalgebra::DMatrix;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::dense::{SpdInverse, invert_spd};
-use coldplate_base::numbers::root_mean_square;
 use coldplate_base::random::Random;
 
-/// Splits rows into `k` folds: `result[row]` is the fold of that row. Rows at the same condition stay together, otherwise a
-/// repeated measurement would be predicted from its own twin. The split depends only on the rows, `k` and `seed`.
+/// The conditions among rows, in the order of their first rows: the indices of all rows at each.
+pub(crate) fn conditions(rows: &[&[f64]]) -> Vec<Vec<usize>> {
+    let mut order: Vec<usize> = (0..rows.len()).collect();
+    order.sort_by(|a, b| by_values(rows[*a], rows[*b]));
+    let mut found: Vec<Vec<usize>> = order.chunk_by(|a, b| rows[*a] == rows[*b]).map(<[usize]>::to_vec).collect();
+    found.sort_by_key(|members| members[0]);
+    found
+}
+
+/// Order of two conditions by their values, the first variable before the others.
+fn by_values(a: &[f64], b: &[f64]) -> Ordering {
+    a.iter().zip(b).map(|(x, y)| x.total_cmp(y)).find(|o| o.is_ne()).unwrap_or(Ordering::Equal)
+}
+
+/// Splits conditions, no two alike, into `k` folds: `result[row]` is the fold of that condition. The split depends only on the
+/// conditions, `k` and `seed`.
 pub fn folds(rows: &[&[f64]], k: usize, seed: u64) -> Vec<usize> {
     let mut order: Vec<usize> = (0..rows.len()).collect();
-    let compare = |a: &usize, b: &usize| {
-        let differing = rows[*a].iter().zip(rows[*b]).map(|(x, y)| x.total_cmp(y)).find(|o| o.is_ne());
-        differing.unwrap_or(std::cmp::Ordering::Equal)
-    };
-    order.sort_by(compare);
-    let mut groups: Vec<Vec<usize>> = Vec::new();
-    for row in order {
-        match groups.last_mut() {
-            Some(group) if rows[group[0]] == rows[row] => group.push(row),
-            _ => groups.push(vec![row]),
-        }
-    }
+    order.sort_by(|a, b| by_values(rows[*a], rows[*b]));
     let mut random = Random::new(seed);
-    for i in (1..groups.len()).rev() {
+    for i in (1..order.len()).rev() {
         let j = (random.bits() % (i as u64 + 1)) as usize;
-        groups.swap(i, j);
+        order.swap(i, j);
     }
     let mut fold = vec![0; rows.len()];
-    for (position, group) in groups.iter().enumerate() {
-        for row in group {
-            fold[*row] = position % k.max(1);
-        }
-    }
+    order.into_iter().enumerate().for_each(|(position, row)| fold[row] = position % k.max(1));
     fold
 }
 
@@ -46,17 +46,32 @@ pub fn folds(rows: &[&[f64]], k: usize, seed: u64) -> Vec<usize> {
 /// width is the larger of the greatest magnitude and Student's t times the root mean square, which does assume a
 /// distribution.
 pub fn half_width(residuals: &[f64], coverage: f64) -> f64 {
-    let mut sizes: Vec<f64> = residuals.iter().map(|e| e.abs()).collect();
-    sizes.sort_by(f64::total_cmp);
-    let n = sizes.len();
-    let order = (coverage * (n as f64 + 1.0)).ceil() as usize;
-    if let Some(size) = order.checked_sub(1).and_then(|k| sizes.get(k)) {
-        return *size;
+    half_width_of_readings(residuals, &vec![1.0; residuals.len()], coverage)
+}
+
+/// [`half_width`] of residuals that count as shares of a condition: readings at one condition are no independent conditions, so the
+/// shares of each sum to one, and n is their sum.
+pub(crate) fn half_width_of_readings(residuals: &[f64], shares: &[f64], coverage: f64) -> f64 {
+    let n = shares.iter().sum::<f64>().round();
+    let mut sizes: Vec<(f64, f64)> = residuals.iter().zip(shares).map(|(e, share)| (e.abs(), *share)).collect();
+    sizes.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let wanted = (coverage * (n + 1.0)).ceil();
+    if wanted > 0.0 && wanted <= n {
+        // Shares of a third do not sum to one exactly.
+        let mut covered = 0.0;
+        let enough = sizes.iter().find(|(_, share)| {
+            covered += share;
+            covered >= wanted - 1e-6
+        });
+        if let Some((size, _)) = enough {
+            return *size;
+        }
     }
-    let freedom = (n as f64 - 1.0).max(1.0);
+    let freedom = (n - 1.0).max(1.0);
     let t = StudentsT::new(0.0, 1.0, freedom).map_or(13.0, |t| t.inverse_cdf(0.5 + 0.5 * coverage));
-    let spread = t * root_mean_square(residuals) * (1.0 + 1.0 / n.max(1) as f64).sqrt();
-    sizes.last().copied().unwrap_or(f64::INFINITY).max(spread)
+    let square = sizes.iter().map(|(size, share)| share * size * size).sum::<f64>() / n.max(1.0);
+    let spread = t * square.sqrt() * (1.0 + 1.0 / n.max(1.0)).sqrt();
+    sizes.last().map_or(f64::INFINITY, |(size, _)| *size).max(spread)
 }
 
 /// Smoothing of the reference process, a share of its variance. Chosen: repeated conditions and rounding must not
@@ -102,7 +117,7 @@ fn reference_system(known: &[Vec<f64>]) -> Option<SpdInverse> {
 /// rows.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Remoteness {
-    /// Remoteness, one per residual.
+    /// Remoteness, one per condition.
     pub held_out: Vec<f64>,
     /// Remoteness of conditions spread over the range.
     pub asked: Vec<f64>,
@@ -114,16 +129,18 @@ pub(crate) struct Remoteness {
 /// residual is therefore divided by the remoteness of its condition (conformal prediction with normalised residuals: Papadopoulos,
 /// Gammerman, Vovk 2008). The half width is the least that covers the share `coverage` of n + 1 residuals, one of them infinite,
 /// times the remoteness of the conditions asked about. If there are fewer residuals than this needs, [`half_width`] treats them as
-/// they are.
-pub(crate) fn half_width_of_few(residuals: &[f64], remoteness: &Remoteness, coverage: f64) -> f64 {
-    let scores: Vec<f64> = residuals.iter().zip(&remoteness.held_out).map(|(e, d)| e.abs() / d).collect();
+/// they are. `shares` are those of [`half_width_of_readings`]; `conditions` names the condition of each residual.
+pub(crate) fn half_width_of_few(residuals: &[f64], shares: &[f64], conditions: &[usize], remoteness: &Remoteness, coverage: f64) -> f64 {
+    let n = shares.iter().sum::<f64>().round();
+    let scores: Vec<f64> = residuals.iter().zip(conditions).map(|(e, c)| e.abs() / remoteness.held_out[*c]).collect();
     let mut asked = remoteness.asked.clone();
     asked.sort_by(f64::total_cmp);
-    let wanted = coverage * (scores.len() as f64 + 1.0);
-    if wanted > scores.len() as f64 {
-        return half_width(residuals, coverage);
+    let wanted = coverage * (n + 1.0);
+    if wanted > n {
+        return half_width_of_readings(residuals, shares, coverage);
     }
-    let inside = |width: f64| scores.iter().map(|z| asked.partition_point(|d| z * d <= width) as f64 / asked.len() as f64).sum::<f64>();
+    let covers = |width: f64, z: f64| asked.partition_point(|d| z * d <= width) as f64 / asked.len() as f64;
+    let inside = |width: f64| scores.iter().zip(shares).map(|(z, share)| share * covers(width, *z)).sum::<f64>();
     let largest = scores.iter().copied().fold(0.0, f64::max) * asked.last().copied().unwrap_or(0.0);
     let (mut low, mut high) = (0.0, largest);
     for _ in 0..HALVINGS {
@@ -141,14 +158,31 @@ mod tests {
     use super::*;
 
     #[test]
-    fn folds_are_even_deterministic_and_keep_repeats_together() {
-        let data: Vec<Vec<f64>> = (0..50).map(|i| vec![f64::from(i / 2), 1.0]).collect();
+    fn folds_are_even_and_deterministic() {
+        let data: Vec<Vec<f64>> = (0..50).map(|i| vec![f64::from(i), 1.0]).collect();
         let rows: Vec<&[f64]> = data.iter().map(Vec::as_slice).collect();
         let fold = folds(&rows, 5, 7);
         assert_eq!(fold, folds(&rows, 5, 7));
         assert_ne!(fold, folds(&rows, 5, 8));
         assert!((0..5).all(|k| fold.iter().filter(|f| **f == k).count() == 10));
-        assert!((0..25).all(|i| fold[2 * i] == fold[2 * i + 1]));
+    }
+
+    #[test]
+    fn rows_at_one_condition_are_one() {
+        let data = [[2.0, 1.0], [1.0, 5.0], [2.0, 1.0], [1.0, 4.0], [1.0, 5.0], [2.0, 1.0]];
+        let rows: Vec<&[f64]> = data.iter().map(<[f64; 2]>::as_slice).collect();
+        assert_eq!(conditions(&rows), [vec![0, 2, 5], vec![1, 4], vec![3]]);
+    }
+
+    #[test]
+    fn readings_at_one_condition_count_as_one() {
+        // Every residual three times, in shares of a third: the half width of the residuals alone.
+        for n in [6, 19, 39] {
+            let residuals: Vec<f64> = (1..=n).map(f64::from).collect();
+            let thrice: Vec<f64> = residuals.iter().flat_map(|e| [*e; 3]).collect();
+            let shares = vec![1.0 / 3.0; thrice.len()];
+            assert!((half_width_of_readings(&thrice, &shares, 0.95) - half_width(&residuals, 0.95)).abs() < 1e-9);
+        }
     }
 
     #[test]
@@ -173,8 +207,9 @@ mod tests {
     fn residuals_count_where_they_are_asked_for() {
         // 24 residuals of 1, held out twice as far from the rows as what is asked about: half as large there.
         let even = Remoteness { held_out: vec![2.0; 24], asked: vec![1.0; 10] };
-        assert!((half_width_of_few(&[1.0; 24], &even, 0.95) - 0.5).abs() < 1e-9);
+        let few = |n: usize| half_width_of_few(&vec![1.0; n], &vec![1.0; n], &(0..n).collect::<Vec<_>>(), &even, 0.95);
+        assert!((few(24) - 0.5).abs() < 1e-9);
         // With too few for the order statistic, Student's t stays.
-        assert!((half_width_of_few(&[1.0; 6], &even, 0.95) - half_width(&[1.0; 6], 0.95)).abs() < 1e-9);
+        assert!((few(6) - half_width(&[1.0; 6], 0.95)).abs() < 1e-9);
     }
 }

@@ -28,27 +28,13 @@ fn measured(found: &Value) -> Vec<f64> {
     found["readings"].as_array().unwrap().iter().map(|r| r["measured_degC"].as_f64().unwrap()).collect()
 }
 
-fn latin_1(text: &str) -> Vec<u8> {
-    text.chars().map(|c| u8::try_from(u32::from(c)).unwrap()).collect()
-}
-
 #[test]
 fn every_spelling_gives_the_same_readings() {
     let folder = scratch("spellings");
     let plain = format!("{HEADER}\n{ROWS}");
-    let degree = plain.replace("degC", "°C");
     let german = plain.replace(',', ";").replace("20.5", "20,5").replace("5.5", "5,5").replace("6.5", "6,5");
-    let units_row =
-        format!("{}\n,L/min,Deg C,rpm,Deg C,Deg C\n{ROWS}", HEADER.replace(" [L/min]", "").replace(" [degC]", "").replace(" [rpm]", ""));
-    let utf_16: Vec<u8> = [0xfeff_u16].into_iter().chain(degree.encode_utf16()).flat_map(u16::to_le_bytes).collect();
     for (data, said) in [
         (plain.clone().into_bytes(), "3 lines seen: 2 rows"),
-        (degree.replace('°', "º").into_bytes(), "3 lines seen"),
-        (degree.replace("°C", "℃").into_bytes(), "3 lines seen"),
-        (latin_1(&degree), "read as Windows-1252"),
-        (utf_16, "the file is UTF-16"),
-        (plain.replace("degC", "C").into_bytes(), "'motor [C]' as 'motor [degC]'"),
-        (plain.replace('[', "(").replace(']', ")").into_bytes(), "'motor (degC)' as 'motor [degC]'"),
         (plain.replace(" [degC]", " / °C").into_bytes(), "'motor / °C' as 'motor [°C]'"),
         (plain.replace(" [degC]", "_degC").into_bytes(), "'motor_degC' as 'motor [degC]'"),
         (plain.replace("motor [", "Motor [").replace("coolant_flow", "Coolant flow").into_bytes(), "'Motor' as 'motor'"),
@@ -56,18 +42,8 @@ fn every_spelling_gives_the_same_readings() {
         (plain.replace(",45.5", ",45.5 °C").into_bytes(), "1 number has a unit in the cells of 'motor [degC]'"),
         (plain.replace(",45.5", ",113.9 °F").into_bytes(), "1 number has a unit"),
         (format!("{plain}Mean,2,20.25,1000,23.5,46\nEnd of file\n").into_bytes(), "a statistic of the rows above"),
-        (german.clone().into_bytes(), "decimal commas"),
         (german.replace(';', "\t").into_bytes(), "separated by tabs"),
-        (format!("sep=,\n{plain}").into_bytes(), "above the header"),
         (format!("Logger X\nserial 12\n\n{plain}").into_bytes(), "lines 1, 2 were left out: above the header"),
-        (units_row.into_bytes(), "line 2 holds the units"),
-        (format!("#{plain}").into_bytes(), "line 1 begins with '#' and is the header"),
-        (plain.replace('\n', "\r").into_bytes(), "3 lines seen"),
-        (format!("{plain}\u{1a}").into_bytes(), "3 lines seen"),
-        ([plain.as_bytes(), &[0; 64]].concat(), "64 zero bytes"),
-        (plain.replace('\n', ",\n").into_bytes(), "3 lines seen"),
-        (format!("{plain}{HEADER}\n").into_bytes(), "the header once more"),
-        (plain.replace("\na,", "\n#1,").into_bytes(), "line 2 begins with '#' and a row's number of cells"),
         (plain.replace("\nb,", "\n# a remark\nb,").into_bytes(), "a remark behind '#'"),
         (
             plain.replace("test,", "test,remarks,").replace("\na,", "\na,warm,").replace("\nb,", "\nb,cold,").into_bytes(),
@@ -97,9 +73,6 @@ fn what_cannot_be_known_is_refused_with_the_remedy() {
     let stamps = ["2024-10-27 01:30", "2024-10-27 02:00", "2024-10-27 02:30", "2024-10-27 02:00", "2024-10-27 02:30", "2024-10-27 03:00"];
     let stamped = stamps.map(row).concat();
     for (data, needles) in [
-        (format!("{HEADER}\na,2,20,1000,22,45,5\n"), ["data.csv:2", "separate the columns by ';'"]),
-        (format!("{HEADER}\na,2,20,1000,22,\"1,045.5\"\n"), ["data.csv:2", "thousands"]),
-        (ROWS.to_string(), ["data.csv:1", "no header"]),
         (format!("{log}\n{hour}"), ["data.csv:8", "one hour stands twice"]),
         (format!("{log}\n{stamped}"), ["data.csv:5", "zone = "]),
         (format!("{log}\n{}{}", row("01/02/2024 10:00"), row("02/02/2024 10:00")), ["01/02/2024", "year-month-day"]),

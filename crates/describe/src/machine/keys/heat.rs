@@ -130,6 +130,7 @@ const PLACES_AND_POWER: &[Key] = &[
         .reaching(ChangeReach::Load)
         .usual()
         .also(&["density", "volumetric_power", "heat_generation"]),
+    Key::new("controller", ValueForm::Name("controller"), "the power is the full one, of which this controller gives a share"),
     Key::new(
         "distribution",
         ValueForm::Text,

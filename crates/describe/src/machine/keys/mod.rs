@@ -4,6 +4,7 @@
 //! Schema printed by `coldplate schema` all use this schema.
 
 pub(super) mod bodies;
+pub(super) mod control;
 pub(super) mod elastic;
 pub(super) mod flow;
 pub(super) mod heat;
@@ -79,6 +80,8 @@ pub const SCHEMA: KeyTable = KeyTable {
         Key::new("radiation_link", ValueForm::Named(&radiation::LINK), "radiation between two surfaces that face each other"),
         Key::new("enclosure", ValueForm::Named(&radiation::ENCLOSURE), "grey surfaces that all see each other"),
         Key::new("source", ValueForm::Named(&heat::SOURCE), "heat sources").also(&["sources", "heat"]),
+        Key::new("controller", ValueForm::Named(&control::CONTROLLER), "what switches or leads sources by a sensor")
+            .also(&["controllers", "thermostat"]),
         Key::new("sensor", ValueForm::Named(&outputs::SENSOR), "measurement points").also(&["sensors"]),
         Key::new("heat_flow", ValueForm::Named(&outputs::HEAT_FLOW), "heat-flow sensors").also(&["heat_flows"]),
         Key::new("displacement", ValueForm::Named(&elastic::DISPLACEMENT), "displacement sensors").also(&["displacements"]),

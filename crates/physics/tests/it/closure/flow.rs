@@ -1,8 +1,11 @@
 //! Water, the channel film, bends, friction, pressure drop and flow split.
 
+use std::sync::Arc;
+
 use coldplate_base::error::Kind;
+use coldplate_base::units::ZERO_CELSIUS;
 use coldplate_physics::channel::{self, Regime, StraightChannel, Wall};
-use coldplate_physics::liquid::Liquid;
+use coldplate_physics::liquid::{CurvePoint, FluidTable, Liquid, PropertyCurve};
 use coldplate_physics::water::{LiquidProperties, saturation_pressure, saturation_temperature};
 
 use crate::closure::close;
@@ -108,6 +111,40 @@ fn water_has_no_seams() {
 }
 
 /// IAPWS R7-97(2012), tables 35 and 36.
+/// Water against Simpson's rule, a table against the area below its lines; additive to rounding, and at one temperature the specific heat there.
+#[test]
+fn mean_specific_heats_are_differences_of_enthalpy() {
+    let at = |celsius: f64| celsius + ZERO_CELSIUS;
+    let points = [(0.0, 3000.0), (10.0, 4000.0), (40.0, 4600.0)];
+    let points = points.map(|(t, value)| CurvePoint { temperature: at(t), value }).to_vec();
+    let flat = || PropertyCurve::Constant(1.0);
+    let table = Liquid::Table(Arc::new(FluidTable {
+        name: "table".into(),
+        density: flat(),
+        specific_heat: PropertyCurve::Points(points),
+        viscosity: flat(),
+        conductivity: flat(),
+    }));
+    for liquid in [Liquid::Water, Liquid::PaperWater, table.clone()] {
+        let heat = |a: f64, b: f64| liquid.mean_specific_heat(at(a), at(b)) * (b - a);
+        for (a, b, c) in [(3.0, 33.0, 39.5), (0.5, 20.0, 38.0), (35.0, 12.0, 4.0), (-5.0, 20.0, 60.0)] {
+            assert!((heat(a, b) + heat(b, c) - heat(a, c)).abs() < 1e-10 * heat(a, b).abs(), "{a} {b} {c}");
+        }
+        let [one, near] = [liquid.mean_specific_heat(at(20.0), at(20.0)), liquid.mean_specific_heat(at(20.0), at(20.0) + 1e-9)];
+        assert!((one - liquid.at(at(20.0)).unwrap().specific_heat).abs() < 1e-9 && (near - one).abs() < 1e-6);
+    }
+    assert!((table.mean_specific_heat(at(5.0), at(25.0)) - (5.0 * 3750.0 + 15.0 * 4150.0) / 20.0).abs() < 1e-9);
+    // Beyond the range the value at the end.
+    assert!((table.mean_specific_heat(at(-20.0), at(0.0)) - 3000.0).abs() < 1e-9);
+    let simpson = |a: f64, b: f64| {
+        let specific = |i: u32| water(a + (b - a) * f64::from(i) / 2e4).specific_heat;
+        (0..10_000).map(|i| specific(2 * i) + 4.0 * specific(2 * i + 1) + specific(2 * i + 2)).sum::<f64>() / 6e4
+    };
+    for (a, b) in [(3.0, 33.0), (5.0, 95.0), (20.0, 21.0)] {
+        assert!((Liquid::Water.mean_specific_heat(at(a), at(b)) / simpson(a, b) - 1.0).abs() < 1e-9, "{a} {b}");
+    }
+}
+
 #[test]
 fn water_boils_where_if97_says() {
     for (kelvin, megapascal) in [(300.0, 0.353658941e-2), (500.0, 2.63889776), (600.0, 12.3443146)] {

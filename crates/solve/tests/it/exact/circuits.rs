@@ -144,19 +144,71 @@ fn a_mixing_junction_and_a_series() {
     check("own", "inlet of a circuit that another feeds, degC", inlet.celsius("between"), c, c - 20.0, 1e-9);
 }
 
-/// Real water with heat of friction: its specific heat is that of each inlet, and still nothing is lost at the junction.
+/// Enthalpy of water (J/kg) from 20 degC to a temperature (degC): Simpson's rule on the specific heat, on each side of the temperatures
+/// at which its polynomials join.
+fn enthalpy(celsius: f64) -> f64 {
+    let specific = |t: f64| coldplate_physics::water::water(t + ZERO_CELSIUS).unwrap().specific_heat;
+    let piece = |from: f64, to: f64| {
+        let step = (to - from) / 200.0;
+        let at = |i: usize| specific((from + step * i as f64).clamp(from.min(to), from.max(to)));
+        (0..100).map(|i| step / 3.0 * (at(2 * i) + 4.0 * at(2 * i + 1) + at(2 * i + 2))).sum::<f64>()
+    };
+    let cuts = [20.0, if celsius < 20.0 { 5.0 } else { 40.0 }];
+    let turn = if celsius < 20.0 { celsius.max(cuts[1]) } else { celsius.min(cuts[1]) };
+    piece(cuts[0], turn) + piece(turn, celsius)
+}
+
+/// Mass flow (kg/s) of 1 L/min of water that enters at a temperature (degC).
+fn mass_flow(celsius: f64) -> f64 {
+    coldplate_physics::water::water(celsius + ZERO_CELSIUS).unwrap().density / 6e4
+}
+
+/// Real water with heat of friction: nothing is lost at a junction of 5 and 95 degC, nor of 20 and 40 degC.
 #[test]
 fn water_mixes_by_enthalpy() {
-    let text = plates(&JUNCTION.replace("LIQUID", "").replace("dissipation = false", ""));
-    let run = solve(&text, 0.01);
-    let state = |s: usize| &run.state.solution.streams[s];
-    let (hot, cold, mixed) = (state(0).capacity_rate, state(1).capacity_rate, state(2).capacity_rate);
-    check("own", "capacity rate behind a junction of water, W/K", mixed, hot + cold, mixed, 1e-12);
-    let friction = state(2).dissipation * 0.2;
-    let exact = (hot * run.celsius("a") + cold * run.celsius("b") + 150.0 + friction) / mixed;
-    check("own", "outlet behind a junction of water, degC", run.celsius("c"), exact, 20.0, 1e-9);
-    let balance = &run.state.solution.balance;
-    assert!(balance.relative < 1e-9, "{balance:?}");
+    for (hot, cold) in [(40.0, 20.0), (95.0, 5.0)] {
+        let text = plates(&JUNCTION.replace("LIQUID", "").replace("dissipation = false", ""))
+            .replace("\"40 degC\"", &format!("\"{hot} degC\""))
+            .replace("flow = \"1 L/min\"", &format!("flow = \"1 L/min\"\ninlet_temperature = \"{cold} degC\""));
+        let run = solve(&text, 0.01);
+        let [m_hot, m_cold] = [2.0 * mass_flow(hot), mass_flow(cold)];
+        let friction = run.state.solution.streams[2].dissipation * 0.2;
+        let given = m_hot * enthalpy(run.celsius("a")) + m_cold * enthalpy(run.celsius("b")) + 150.0 + friction;
+        let found = (m_hot + m_cold) * enthalpy(run.celsius("c"));
+        check("own", &format!("heat behind a junction of {hot} and {cold} degC, W"), found, given, given.abs() + 1e3, 1e-9);
+        let balance = &run.state.solution.balance;
+        assert!(balance.relative < 1e-9, "{balance:?}");
+    }
+}
+
+/// Water that enters at 3 degC and takes all the heat of a plate: enthalpy rises by P/m, at rest and after a long time, in one channel
+/// and through a split and its junction.
+#[test]
+fn the_rise_of_water_follows_its_enthalpy() {
+    // Water passes in a second, so the steps over time follow the plates.
+    for (flow, layout, powers) in [(0.96, "\"a\"", 2000.0), (3.0, "[\"a\", \"b\"], [\"c\", \"d\"]", 2450.0)] {
+        let rest = if layout.len() > 3 { "" } else { "[circuit.rest]\nflow = \"1 L/min\"\nlayout = [\"b\", \"c\", \"d\"]\n" };
+        let water = format!(
+            "[circuit.water]\nflow = \"{flow} L/min\"\ninlet_temperature = \"3 degC\"\nlayout = [{layout}]\ndissipation = false\n{rest}"
+        );
+        let run = solve(&plates(&water).replace("\"50 W\"", "\"2000 W\""), 0.01);
+        let leaves: &[usize] = if rest.is_empty() { &[2, 3] } else { &[0] };
+        let carried = |temperatures: &[f64]| -> f64 {
+            let out = |s: &usize| {
+                let outlet = temperatures[run.model.network.streams[*s].outlet() as usize];
+                run.state.solution.streams[*s].mass_flow * (enthalpy(outlet - ZERO_CELSIUS) - enthalpy(3.0))
+            };
+            leaves.iter().map(out).sum()
+        };
+        check("own", "rise of the enthalpy of water from 3 degC, W", carried(&run.state.solution.temperatures), powers, powers, 1e-9);
+        assert!(run.celsius("a") > 25.0 || rest.is_empty());
+        assert!(run.state.solution.balance.relative < 1e-9, "{:?}", run.state.solution.balance);
+        let mut transient = Transient::new(&run.model.network, StepSettings { tolerance: 1e-4, ..StepSettings::default() }).unwrap();
+        let mut state = transient.uniform(&run.state.load, 3.0 + ZERO_CELSIUS);
+        transient.advance(&mut state, 40_000.0, &|_| Ok(run.state.load.clone()), &mut |_, _| Ok(())).unwrap();
+        assert!(state.energy.relative() < 1e-9, "{:?}", state.energy);
+        check("own", "rise of the enthalpy of water after long, W", carried(&state.temperatures), powers, powers, 1e-6);
+    }
 }
 
 #[test]

@@ -4,6 +4,7 @@ mod corner;
 mod empty_corners;
 mod held_out;
 mod radial;
+mod repeated;
 mod small;
 
 use coldplate_surrogate::fit::model::{Kernel, PointModel, Transform, VariableSpec};
