@@ -146,25 +146,28 @@ impl<'a> Explained<'a> {
     /// Logarithm of the evidence, without the constant that is alike for all sets; `None` where rounding leaves no positive matrix.
     pub fn log_evidence(&self, freedoms: &[Freedom], spread: f64) -> Option<f64> {
         let last = self.gram.nrows() - 1;
-        let mut gram = self.gram.clone();
+        let deviations = self.deviations(freedoms, spread);
+        // What does not act is left out before anything is multiplied; the residual comes last.
+        let acting: Vec<usize> = (0..last).filter(|k| deviations[*k] > 0.0).chain([last]).collect();
+        let scale = |k: usize| if k == last { 1.0 } else { deviations[k] };
+        let size = acting.len() - 1;
+        let mut gram = DMatrix::from_fn(size + 1, size + 1, |i, j| scale(acting[i]) * scale(acting[j]) * self.gram[(acting[i], acting[j])]);
         let mut determinant = self.rows.log_determinant();
         if freedoms.iter().any(|f| f.freedom > 0.0) {
             for (row, (products, _)) in self.own.iter().enumerate() {
                 let (taken, own) = self.taken(row, freedoms);
                 determinant += own;
-                gram.gemm_tr(-1.0, products, &(taken * products), 1.0);
+                let products = DMatrix::from_fn(products.nrows(), size + 1, |m, j| scale(acting[j]) * products[(m, acting[j])]);
+                gram.gemm_tr(-1.0, &products, &(taken * &products), 1.0);
             }
         }
-        let deviations = self.deviations(freedoms, spread);
-        let acting: Vec<usize> = (0..last).filter(|k| deviations[*k] > 0.0).collect();
-        let matrix = DMatrix::from_fn(acting.len(), acting.len(), |i, j| {
-            deviations[acting[i]] * deviations[acting[j]] * gram[(acting[i], acting[j])] + f64::from(u8::from(i == j))
-        });
+        let mut matrix = gram.view((0, 0), (size, size)).into_owned();
+        (0..size).for_each(|k| matrix[(k, k)] += 1.0);
         let factor = Cholesky::new(matrix)?;
-        let mut along = DVector::from_fn(acting.len(), |i, _| deviations[acting[i]] * gram[(acting[i], last)]);
+        let mut along = gram.view((0, size), (size, 1)).into_owned();
         factor.l_dirty().solve_lower_triangular_mut(&mut along);
         determinant += 2.0 * factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
-        Some(-0.5 * (gram[(last, last)] - along.norm_squared() + determinant))
+        Some(-0.5 * (gram[(size, size)] - along.norm_squared() + determinant))
     }
 
     /// The posterior under one choice; `None` as in [`Explained::log_evidence`].
@@ -179,13 +182,8 @@ impl<'a> Explained<'a> {
         let mut matrix = columns.tr_mul(&metric);
         (0..matrix.nrows()).for_each(|k| matrix[(k, k)] += 1.0);
         let factor = Cholesky::new(matrix)?;
-        let mut found = Posterior {
-            pull: DVector::zeros(self.residual.len()),
-            explained: self,
-            freedoms: freedoms.to_vec(),
-            metric,
-            factor,
-        };
+        let mut found =
+            Posterior { pull: DVector::zeros(self.residual.len()), explained: self, freedoms: freedoms.to_vec(), metric, factor };
         found.pull = found.solve(&DMatrix::from_columns(std::slice::from_ref(&self.residual))).column(0).into_owned();
         Some(found)
     }
@@ -326,11 +324,9 @@ mod tests {
         let explained = Explained::new(&rows, &profiles, &residual, &columns, &[profiles.all(), profiles.all()]);
         let r = DVector::from_column_slice(&residual);
         let curve = Some(((0, 0), 0.7));
-        for freedoms in [
-            [(1.0, 0.5, None), (3.0, 0.0, None)],
-            [(1.0, 0.0, None), (1.0, 0.0, curve)],
-            [(3.0, 1.5, curve), (1.0, 0.15, None)],
-        ] {
+        for freedoms in
+            [[(1.0, 0.5, None), (3.0, 0.0, None)], [(1.0, 0.0, None), (1.0, 0.0, curve)], [(3.0, 1.5, curve), (1.0, 0.15, None)]]
+        {
             let freedoms = freedoms.map(|(size, freedom, curve)| Freedom { size, freedom, curve });
             // The kernel of a smooth function less its means, as the definition has it.
             let x: [f64; 3] = [0.0, 1.0, 3.0];

@@ -14,9 +14,9 @@ use rayon::prelude::*;
 
 use super::Problem;
 use super::effects::{Effect, Heat, Hypothesis, Law, Scales, hypotheses};
-use super::{history, signature};
 use super::predictor::{KnownSlopes, Predictor};
 use super::view::Comparison;
+use super::{history, signature};
 use coldplate_base::error::{Error, Result};
 use coldplate_base::progress::Progress;
 use coldplate_evidence::measurement::{ReadingRow, whiten};
@@ -25,7 +25,7 @@ use evidence::Explained;
 use response::{Answer, Response};
 use rows::Errors;
 use search::{Candidate, Fit, Search};
-pub use settings::Settings;
+pub use settings::AmplitudeSettings;
 
 /// Amplitudes at which the machine is solved for each cause that bends, in units of its scale.
 const KNOTS: [f64; 6] = [-5.0, -2.5, -1.0, 1.0, 2.5, 5.0];
@@ -81,10 +81,11 @@ pub struct Places {
 ///
 /// # Errors
 /// The machine as it is cannot be solved at the data's conditions; the data are a log.
-pub fn places(problem: &Problem, settings: &Settings, progress: &dyn Progress) -> Result<Places> {
+pub fn places(problem: &Problem, settings: &AmplitudeSettings, progress: &dyn Progress) -> Result<Places> {
     let (study, data) = (&problem.study, &problem.data);
     if data.is_transient() {
-        return Err(Error::input("amplitudes in every condition are those of steady tables"));
+        let error = Error::input("amplitudes that are free in every row are found in steady tables, and this is a log");
+        return Err(error.help("leave --amplitudes out, or state the steady end of each test as a row of a table without a time"));
     }
     let scales = Scales::of(data, &study.model.machine);
     let mut catalogue = hypotheses(study, data, &problem.user);
@@ -111,9 +112,10 @@ pub fn places(problem: &Problem, settings: &Settings, progress: &dyn Progress) -
         Some(difference(&predictor.predict(&with).ok()?, predictor.predicted))
     };
     // Rows without a reading say nothing.
-    let rows: Vec<&ReadingRow> = data.rows.iter().filter(|row| row.readings.iter().any(Option::is_some)).collect();
+    let rows: Vec<&ReadingRow> = data.rows.iter().filter(|row| row.has_readings()).collect();
     let value = |v: usize| rows.iter().map(|row| row.condition.si()[v]).collect::<Vec<f64>>();
-    let own = study.model.machine.variables.iter().enumerate().map(|(v, variable)| (variable.name.clone(), value(v)));
+    let own = study.model.machine.variables.iter().enumerate().filter(|(_, variable)| problem.states(&variable.name));
+    let own = own.map(|(v, variable)| (variable.name.clone(), value(v)));
     // In the order of the rows: what sets in or drifts while a table is taken.
     let order = ("row".to_string(), (0..rows.len()).map(|row| row as f64).collect());
     let varies = |(_, values): &(String, Vec<f64>)| values.iter().any(|x| *x != values[0]);
@@ -150,7 +152,7 @@ pub fn places(problem: &Problem, settings: &Settings, progress: &dyn Progress) -
                 amplitudes: fit.amplitudes[m].iter().map(|a| a * h.scale).collect(),
                 deviations: posterior[m].iter().map(|d| d * h.scale).collect(),
                 is_free: fit.freedoms[m].freedom > 0.0,
-            over: fit.freedoms[m].curve.map(|((v, _), _)| names[v].clone()),
+                over: fit.freedoms[m].curve.map(|((v, _), _)| names[v].clone()),
             }
         });
         PlaceSet {

@@ -92,7 +92,8 @@ impl Rows {
             factors.push(Cholesky::new(block)?);
         }
         let log_determinant = factors.iter().map(|f| 2.0 * f.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>()).sum();
-        let mut all = Self { ranges, factors, shared: DMatrix::zeros(errors.row_of.len(), 0), gram: DMatrix::zeros(0, 0), stated, log_determinant };
+        let mut all =
+            Self { ranges, factors, shared: DMatrix::zeros(errors.row_of.len(), 0), gram: DMatrix::zeros(0, 0), stated, log_determinant };
         let mut whitened = DMatrix::zeros(errors.row_of.len(), shared.len());
         shared.iter().enumerate().for_each(|(k, column)| whitened.set_column(k, &all.whiten(column)));
         all.gram = whitened.tr_mul(&whitened);

@@ -8,7 +8,7 @@ use super::evidence::{Explained, Freedom};
 use super::profiles::{Curve, LENGTHS, Profiles};
 use super::response::Answer;
 use super::rows::{Errors, Looseness, Rows};
-use super::settings::Settings;
+use super::settings::AmplitudeSettings;
 
 /// Iterations of a fit at most.
 const MOST_ITERATIONS: usize = 12;
@@ -68,7 +68,7 @@ pub struct Search<'a> {
     /// Readings less predictions of the machine as it is, K.
     pub residual: &'a [f64],
     pub candidates: &'a [Candidate],
-    pub settings: &'a Settings,
+    pub settings: &'a AmplitudeSettings,
     /// Change of the readings with several causes in force at once, K, at amplitudes in units of their scales; `None` where it is the sum of
     /// the changes of each.
     pub together: &'a (dyn Fn(&[(usize, f64)]) -> Option<Vec<f64>> + Sync),
@@ -88,7 +88,7 @@ impl<'a> Search<'a> {
         errors: &'a Errors,
         residual: &'a [f64],
         candidates: &'a [Candidate],
-        settings: &'a Settings,
+        settings: &'a AmplitudeSettings,
         (together, numbers_with): Changes<'a>,
         variables: &'a [Vec<f64>],
     ) -> Self {
@@ -152,13 +152,24 @@ impl<'a> Search<'a> {
         // A curve pays for the choice of its variable and its length too.
         let all = self.variables.len().max(1) * LENGTHS.len();
         let curve = |f: &Freedom| f.curve.map_or(0.0, |_| s.choice_price + (all as f64).ln());
-        freedoms.iter().map(|f| chosen(f.freedom > 0.0) + chosen(f.size > s.sizes[0]) + curve(f)).sum::<f64>() + s.spread_price * looseness.spread + s.disturbance_price * looseness.disturbance
+        freedoms.iter().map(|f| chosen(f.freedom > 0.0) + chosen(f.size > s.sizes[0]) + curve(f)).sum::<f64>()
+            + s.spread_price * looseness.spread
+            + s.disturbance_price * looseness.disturbance
     }
 
     /// The machine as it is.
     pub fn nothing(&self) -> Fit {
         let (looseness, log_evidence) = self.loosest(&self.linear(&[], &[], None), &[], None);
-        Fit { members: Vec::new(), freedoms: Vec::new(), looseness, amplitudes: Vec::new(), log_evidence, log_prior: self.log_prior(&[]), stands: true, errors: None }
+        Fit {
+            members: Vec::new(),
+            freedoms: Vec::new(),
+            looseness,
+            amplitudes: Vec::new(),
+            log_evidence,
+            log_prior: self.log_prior(&[]),
+            stands: true,
+            errors: None,
+        }
     }
 
     /// The linear model about amplitudes: the residual without the members (K), and one column for each, K per scale.
@@ -208,19 +219,24 @@ impl<'a> Search<'a> {
         freedoms.iter().map(|f| self.profiles.with(f.curve.map(|(curve, _)| curve))).collect()
     }
 
-    /// Every way in which an amplitude may run over the rows.
-    fn ways(&self, with_curves: bool) -> Vec<Freedom> {
+    /// Ways in which an amplitude may run over the rows, from one of them: another size or freedom, or another curve.
+    fn ways(&self, from: Freedom, with_curves: bool) -> [Vec<Freedom>; 2] {
         let s = self.settings;
-        let free = s.freedoms.iter().copied().filter(|f| *f > 0.0);
-        let mut curves: Vec<Option<(Curve, f64)>> = vec![None];
+        let of = |size: &f64| s.freedoms.iter().map(|freedom| Freedom { size: *size, freedom: *freedom, ..from }).collect::<Vec<_>>();
+        let sizes = s.sizes.iter().flat_map(of).collect();
+        let mut curves = Vec::new();
         if with_curves {
-            curves.extend(self.profiles.curves().into_iter().flat_map(|curve| free.clone().map(move |size| Some((curve, size)))));
+            let free = s.freedoms.iter().copied().filter(|f| *f > 0.0);
+            let of = |curve: Curve| {
+                free.clone().flat_map(move |size| {
+                    // A curve takes the place of the freedom, or leaves some of it.
+                    [from.freedom, 0.0].map(|freedom| Freedom { freedom, curve: Some((curve, size)), ..from })
+                })
+            };
+            curves.extend(self.profiles.curves().into_iter().flat_map(of));
+            curves.push(Freedom { curve: None, ..from });
         }
-        let of = |size: &f64| -> Vec<Freedom> {
-            let with = |freedom: &f64| curves.iter().map(|curve| Freedom { size: *size, freedom: *freedom, curve: *curve }).collect::<Vec<_>>();
-            s.freedoms.iter().flat_map(with).collect()
-        };
-        s.sizes.iter().flat_map(of).collect()
+        [sizes, curves]
     }
 
     /// The freedoms with the largest evidence at a looseness; those of all members but `of` stay as they are.
@@ -239,13 +255,16 @@ impl<'a> Search<'a> {
         let explained = Explained::new(rows, &self.profiles, &linear.residual, &linear.columns, &followed);
         let mut best = (freedoms.to_vec(), f64::NEG_INFINITY);
         for m in of {
-            for tried in self.ways(with_curves) {
-                let mut freedoms = best.0.clone();
-                freedoms[*m] = tried;
-                let Some(log) = explained.log_evidence(&freedoms, looseness.spread) else { continue };
-                let log = log - self.price(&freedoms, looseness);
-                if log > best.1 {
-                    best = (freedoms, log);
+            for kind in 0..2 {
+                let ways = &self.ways(best.0[*m], with_curves)[kind];
+                for tried in ways {
+                    let mut freedoms = best.0.clone();
+                    freedoms[*m] = *tried;
+                    let Some(log) = explained.log_evidence(&freedoms, looseness.spread) else { continue };
+                    let log = log - self.price(&freedoms, looseness);
+                    if log > best.1 {
+                        best = (freedoms, log);
+                    }
                 }
             }
         }
@@ -262,17 +281,22 @@ impl<'a> Search<'a> {
     pub fn fit(&self, begun: Fit) -> Fit {
         let mut fit = begun;
         let bent = fit.members.iter().filter(|m| matches!(self.candidates[**m].answer, Answer::Bent(_))).count();
+        let mut is_settled = false;
         for iteration in 0..MOST_ITERATIONS {
             let excess = if bent > 1 { self.excess(&fit) } else { None };
             let linear = self.linear(&fit.members, &fit.amplitudes, excess.as_deref());
-            let all: Vec<usize> = (0..fit.members.len()).collect();
-            let (freedoms, _) = self.freest(&linear, &fit.freedoms, (&all, true), fit.looseness);
+            let before = (fit.freedoms.clone(), fit.looseness);
+            if !is_settled {
+                let all: Vec<usize> = (0..fit.members.len()).collect();
+                fit.freedoms = self.freest(&linear, &fit.freedoms, (&all, true), fit.looseness).0;
+            }
             let near = (iteration > 0).then_some(fit.looseness);
-            let (looseness, log_evidence) = self.loosest(&linear, &freedoms, near);
-            (fit.freedoms, fit.looseness, fit.log_evidence) = (freedoms, looseness, log_evidence);
-            let (rows, followed) = (self.rows_at(looseness.disturbance), self.followed(&fit.freedoms));
+            (fit.looseness, fit.log_evidence) = self.loosest(&linear, &fit.freedoms, near);
+            // Choices that stood once stand to the end: the amplitudes come to rest beneath them.
+            is_settled |= iteration > 0 && before == (fit.freedoms.clone(), fit.looseness);
+            let (rows, followed) = (self.rows_at(fit.looseness.disturbance), self.followed(&fit.freedoms));
             let explained = Explained::new(rows, &self.profiles, &linear.residual, &linear.columns, &followed);
-            let Some(posterior) = explained.posterior(&fit.freedoms, looseness.spread) else { break };
+            let Some(posterior) = explained.posterior(&fit.freedoms, fit.looseness.spread) else { break };
             let mut most = 0.0f64;
             for ((m, own), found) in fit.members.iter().zip(&mut fit.amplitudes).zip(posterior.amplitudes()) {
                 let candidate = &self.candidates[*m];
@@ -367,8 +391,7 @@ impl<'a> Search<'a> {
 }
 
 /// Changes of the readings with several causes together, and those with the machine's numbers beside one cause.
-pub type Changes<'a> =
-    (&'a (dyn Fn(&[(usize, f64)]) -> Option<Vec<f64>> + Sync), &'a (dyn Fn(usize, f64) -> Option<Vec<Vec<f64>>> + Sync));
+pub type Changes<'a> = (&'a (dyn Fn(&[(usize, f64)]) -> Option<Vec<f64>> + Sync), &'a (dyn Fn(usize, f64) -> Option<Vec<Vec<f64>>> + Sync));
 
 /// A residual without members, and their columns.
 pub struct Linear {

@@ -1,8 +1,10 @@
 //! The constants that decide an answer: one record, each field with its unit and its reason.
 
+use serde::Serialize;
+
 /// Constants of the search for places and kinds.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Settings {
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct AmplitudeSettings {
     /// Spreads of the file's numbers that are tried, standard deviations of their logarithms. Numbers of a careful machine file are
     /// known to 1 or 2 %; beyond 8 % a number is no longer a number but a cause.
     pub spreads: Vec<f64>,
@@ -22,7 +24,7 @@ pub struct Settings {
     pub expected_causes: f64,
 }
 
-impl Default for Settings {
+impl Default for AmplitudeSettings {
     fn default() -> Self {
         Self {
             spreads: vec![0.0, 0.01, 0.02, 0.04, 0.08],

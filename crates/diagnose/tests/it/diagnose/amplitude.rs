@@ -4,7 +4,7 @@ use coldplate_base::document::Document;
 use coldplate_base::progress::Silent;
 use coldplate_base::random::Random;
 use coldplate_describe::machine::Condition;
-use coldplate_diagnose::{Places, Problem, Settings, places};
+use coldplate_diagnose::{AmplitudeSettings, Places, Problem, places};
 use coldplate_evidence::identify;
 use coldplate_evidence::measurement::{Data, MeasurementUncertainty, ReadingRow, VariableUncertainty};
 use coldplate_explore::simulate::Start;
@@ -178,7 +178,12 @@ fn table(seed: u64, edits: impl Fn(&Row) -> Vec<(String, String)>, read: impl Fn
     let own: Vec<f64> = sensors.iter().map(|_| 0.06 * random.normal()).collect();
     let mut rows = Vec::new();
     for number in 0..16 {
-        let row = Row { rpm: 300.0 + 5700.0 * random.unit(), hours: 1500.0 * random.unit(), position: 50.0 + 400.0 * random.unit().round(), number };
+        let row = Row {
+            rpm: 300.0 + 5700.0 * random.unit(),
+            hours: 1500.0 * random.unit(),
+            position: 50.0 + 400.0 * random.unit().round(),
+            number,
+        };
         println!("rpm {:.0} stribeck {:.2}", row.rpm, 60.0 * (-row.rpm / 900.0).exp());
         let room = 290.15 + 8.0 * random.unit();
         let si = |name: &str, default: Option<f64>| match name {
@@ -194,7 +199,13 @@ fn table(seed: u64, edits: impl Fn(&Row) -> Vec<(String, String)>, read: impl Fn
         for (key, value) in edits(&row) {
             own_truth.apply_set(&key, &value).unwrap();
         }
-        let mut one = ReadingRow { test: format!("test {}", number + 1), time: None, condition, readings: vec![Some(300.0); sensors.len()], line: None };
+        let mut one = ReadingRow {
+            test: format!("test {}", number + 1),
+            time: None,
+            condition,
+            readings: vec![Some(300.0); sensors.len()],
+            line: None,
+        };
         let alone = Data {
             source: "a row".into(),
             names: study.model.machine.sensors.iter().map(|s| s.name.clone()).collect(),
@@ -236,7 +247,12 @@ fn shown(name: &str, found: &Places) {
         );
         for member in &set.members {
             let amplitudes: Vec<String> = member.amplitudes.iter().map(|a| format!("{a:.2}")).collect();
-            println!("      {} {} [{}]", member.hypothesis.kind_and_place(), format!("{} {:?} {}", member.hypothesis.unit, member.over, member.is_free), amplitudes.join(" "));
+            println!(
+                "      {} {} [{}]",
+                member.hypothesis.kind_and_place(),
+                format!("{} {:?} {}", member.hypothesis.unit, member.over, member.is_free),
+                amplitudes.join(" ")
+            );
         }
     }
 }
@@ -276,16 +292,26 @@ fn places_and_kinds_of_truths_that_no_list_has() {
         }
     };
     let jammed = |row: &Row| line("contact.screw_nut.total_conductance", format!("{} W/K", if row.position > 200.0 { 1.5 } else { 5.0 }));
-    let clean = places(&table(1, nothing, AS_IT_IS), &Settings::default(), &Silent).unwrap();
+    let clean = places(&table(1, nothing, AS_IT_IS), &AmplitudeSettings::default(), &Silent).unwrap();
     shown("clean", &clean);
     assert!(first(&clean).is_empty());
     let is = |name: &str, problem: Problem, expected: &[(&str, &str)]| {
-        let found = places(&problem, &Settings::default(), &Silent).unwrap();
+        let found = places(&problem, &AmplitudeSettings::default(), &Silent).unwrap();
         shown(name, &found);
-        println!("{:?} {}", clock.elapsed(), if first(&found) == expected.iter().map(|(k, p)| (k.to_string(), p.to_string())).collect::<Vec<_>>() { "RIGHT" } else { "WRONG" });
+        println!(
+            "{:?} {}",
+            clock.elapsed(),
+            if first(&found) == expected.iter().map(|(k, p)| (k.to_string(), p.to_string())).collect::<Vec<_>>() {
+                "RIGHT"
+            } else {
+                "WRONG"
+            }
+        );
     };
     is("stribeck", table(2, stribeck, AS_IT_IS), &[("heat source", "front_bearing")]);
-    if std::env::var("SHORT").is_ok() { return; }
+    if std::env::var("SHORT").is_ok() {
+        return;
+    }
     is("ageing", table(3, ageing, AS_IT_IS), &[("contact conductance", "jacket")]);
     is("valve", table(4, valve, AS_IT_IS), &[("contact conductance", "head_plate")]);
     is("heater", table(5, heater, AS_IT_IS), &[("heat source", "nut")]);
@@ -294,4 +320,48 @@ fn places_and_kinds_of_truths_that_no_list_has() {
     is("jammed", table(8, jammed, AS_IT_IS), &[("contact conductance", "screw_nut")]);
     let both = |row: &Row| [jammed(row), stribeck(row)].concat();
     is("both", table(9, both, AS_IT_IS), &[("contact conductance", "screw_nut"), ("heat source", "front_bearing")]);
+}
+
+#[test]
+fn twins_tmp() {
+    use coldplate_testing::twin::{Family, case};
+    let mut alarms = 0;
+    let clock = std::time::Instant::now();
+    for seed in 1..=30 {
+        let case = case(seed, Family::Clean);
+        let found = places(&case.problem, &AmplitudeSettings::default(), &Silent).unwrap();
+        let nothing = found.sets.iter().find(|s| s.members.is_empty()).map_or(0.0, |s| s.probability);
+        let best = &found.sets[0];
+        println!(
+            "clean {seed} rows {} nothing {nothing:.3} best {:?} lead {:.1} {:?}",
+            case.problem.data.rows.len(),
+            first(&found),
+            best.lead,
+            clock.elapsed()
+        );
+        alarms += usize::from(nothing < 0.5);
+    }
+    println!("alarms {alarms}");
+    for seed in 201..=240 {
+        let case = case(seed, Family::One);
+        let found = places(&case.problem, &AmplitudeSettings::default(), &Silent).unwrap();
+        let nothing = found.sets.iter().find(|s| s.members.is_empty()).map_or(0.0, |s| s.probability);
+        let h = &case.hidden[0];
+        let is = |set: &coldplate_diagnose::PlaceSet| {
+            set.members.len() == 1 && set.members[0].hypothesis.kind() == h.kind && set.members[0].hypothesis.place == h.place
+        };
+        let rank = found.sets.iter().position(is);
+        let own = rank.map_or(0.0, |r| found.sets[r].probability);
+        let size = case.shifts[0].iter().map(|s| s * s).sum::<f64>().sqrt();
+        println!(
+            "one {seed} rows {} shift {size:.1} K: {} at {} {:?} rank {rank:?} p {own:.3}; first {:?} p {:.3} nothing {nothing:.3} {:?}",
+            case.problem.data.rows.len(),
+            h.kind,
+            h.place,
+            h.law,
+            first(&found),
+            found.sets[0].probability,
+            clock.elapsed()
+        );
+    }
 }
