@@ -139,7 +139,7 @@ const HEADINGS: &[(&str, &[&str])] = &[
             "new.from",
         ],
     ),
-    ("Search", &["identify.free", "scan", "starts", "brief", "max_degree", "seed"]),
+    ("Search", &["amplitudes", "identify.free", "scan", "starts", "brief", "max_degree", "seed"]),
     ("Time", &["every", "until", "hold", "repeat", "tolerance", "simulate.from"]),
     ("Service", &["listen", "token_file", "most_bytes", "most_seconds", "patience", "most_requests", "most_connections"]),
     ("Going on", &["checkpoint", "checkpoint_every", "resume", "retry_failed"]),

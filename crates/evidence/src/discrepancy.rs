@@ -194,6 +194,16 @@ impl ErrorParts {
         (self.uncertain, self.numbers) = (uncertain, numbers);
     }
 
+    /// Standard deviation of the independent noise of each reading, K.
+    pub fn noise(&self) -> &[f64] {
+        &self.noise
+    }
+
+    /// Errors of unit variance that readings share, those of numbers called uncertain among them, one column each, K.
+    pub fn shared(&self) -> Vec<Vec<f64>> {
+        self.stated.iter().chain(&self.uncertain).cloned().collect()
+    }
+
     /// Change of each reading with the natural logarithm of each number of the file, K.
     pub fn numbers(&self) -> &[Vec<f64>] {
         &self.numbers

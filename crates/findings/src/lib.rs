@@ -14,6 +14,7 @@ mod figures;
 pub mod input;
 pub mod ladder;
 mod next;
+pub mod places;
 pub mod record;
 pub mod refit;
 mod report;

@@ -8,6 +8,7 @@ use serde::Serialize;
 use super::energy::ConditionBalance;
 use super::extended::KeyChange;
 use super::next::{NextRecord, by_name};
+use super::places::PlacesRecord;
 use super::refit::{AgainstReadings, RefittedSurrogate};
 use super::{Findings, ladder, name, other_names};
 use coldplate_base::units::Measurand;
@@ -53,6 +54,9 @@ pub struct DiagnosisRecord {
     /// Readings that were held out of everything.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub held_out: Option<HeldOutRecord>,
+    /// Places and kinds by their amplitudes in every row, if asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub amplitudes: Option<PlacesRecord>,
     /// Faulty readings that were found.
     pub faults: Vec<FaultRecord>,
     /// Account of the data: lines and readings that count, and those that do not.
@@ -284,6 +288,7 @@ impl Findings<'_> {
             tried: diagnosis.tried.all,
             visible: diagnosis.tried.visible,
             held_out: None,
+            amplitudes: None,
             missing_heat: (diagnosis.missing.iter())
                 .map(|m| MissingHeatRecord {
                     part: m.part.clone(),

@@ -54,6 +54,13 @@ pub struct ReadingRow {
     pub line: Option<usize>,
 }
 
+impl ReadingRow {
+    /// Whether any sensor was read.
+    pub fn has_readings(&self) -> bool {
+        self.readings.iter().any(Option::is_some)
+    }
+}
+
 /// Measured data.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Data {

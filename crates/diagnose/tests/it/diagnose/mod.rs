@@ -1,5 +1,6 @@
 //! Hidden effects must be found, and nothing where there is nothing. `cargo bench --bench diagnosis` runs many more.
 
+mod amplitude;
 mod aside;
 mod attached;
 mod calibrated;

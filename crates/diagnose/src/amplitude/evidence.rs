@@ -1,0 +1,368 @@
+//! Evidence of a set of causes whose amplitudes are free in every row, by linear algebra alone.
+//!
+//! Readings are y = f + sum of a_mc x_mc + errors, with a_mc = a0_m + g_m(row c) + d_mc for cause m in row c. The mean amplitude a0 is normal
+//! with a standard deviation `size`, a function g that is smooth over one variable with `curve`, the deviation d of each row with `freedom`,
+//! all in units of the kind's scale. Deviations act in one row each: they change the metric of that row by a matrix as small as the set.
+//! Mean amplitudes and smooth functions join the columns that all rows share. So a set costs about as many operations as there are rows,
+//! times the square of the number of shared columns.
+
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+
+use super::profiles::{Curve, Profiles};
+use super::rows::Rows;
+
+/// How much the amplitude of one cause may be, in units of its scale.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Freedom {
+    /// Standard deviation of the mean amplitude.
+    pub size: f64,
+    /// Standard deviation of the deviation in each row.
+    pub freedom: f64,
+    /// Curve that it follows, and the standard deviation of that.
+    pub curve: Option<(Curve, f64)>,
+}
+
+impl Freedom {
+    /// Alike in all rows.
+    pub fn constant(size: f64) -> Self {
+        Self { size, freedom: 0.0, curve: None }
+    }
+
+    /// Standard deviation of the coefficient of a function of the rows.
+    fn of(&self, curve: Option<Curve>) -> f64 {
+        match (curve, self.curve) {
+            (None, _) => self.size,
+            (Some(curve), Some((own, deviation))) if curve == own => deviation,
+            _ => 0.0,
+        }
+    }
+}
+
+/// A residual beside a set of causes, all whitened row by row.
+pub struct Explained<'a> {
+    rows: &'a Rows,
+    profiles: &'a Profiles,
+    residual: DVector<f64>,
+    /// One column per cause, for an amplitude of its scale.
+    columns: DMatrix<f64>,
+    /// Each cause times each function of the rows that it may follow.
+    profiled: DMatrix<f64>,
+    /// Cause and function of each of these columns.
+    followed: Vec<(usize, usize)>,
+    /// Scalar products of shared columns, profiled causes and residual, in this order.
+    gram: DMatrix<f64>,
+    /// Of each row the products of the causes with all of these, and with each other.
+    own: Vec<(DMatrix<f64>, DMatrix<f64>)>,
+}
+
+/// The posterior under one choice of freedoms.
+pub struct Posterior<'a> {
+    explained: &'a Explained<'a>,
+    freedoms: Vec<Freedom>,
+    /// Shared columns and mean amplitudes under the metric of the rows, each for one standard deviation.
+    metric: DMatrix<f64>,
+    factor: Cholesky<f64, Dyn>,
+    /// Inverse covariance times the residual.
+    pull: DVector<f64>,
+}
+
+impl<'a> Explained<'a> {
+    /// A residual (K) beside causes, one column each: K for an amplitude of the cause's scale. `functions` are those of the rows that each
+    /// cause may follow.
+    pub fn new(rows: &'a Rows, profiles: &'a Profiles, residual: &[f64], columns: &[Vec<f64>], functions: &[Vec<usize>]) -> Self {
+        let residual = rows.whiten(residual);
+        let columns = match columns {
+            [] => DMatrix::zeros(residual.len(), 0),
+            columns => DMatrix::from_columns(&columns.iter().map(|c| rows.whiten(c)).collect::<Vec<_>>()),
+        };
+        let shared = &rows.shared;
+        let (q, k) = (shared.ncols(), columns.ncols());
+        let followed: Vec<(usize, usize)> =
+            functions.iter().take(k).enumerate().flat_map(|(m, own)| own.iter().map(move |f| (m, *f))).collect();
+        let mut profiled = DMatrix::zeros(residual.len(), followed.len());
+        for (row, range) in rows.ranges.iter().enumerate() {
+            for (place, (m, f)) in followed.iter().enumerate() {
+                let size = profiles.functions[(row, *f)];
+                range.clone().for_each(|i| profiled[(i, place)] = size * columns[(i, *m)]);
+            }
+        }
+        let p = profiled.ncols();
+        let mut own = Vec::with_capacity(rows.ranges.len());
+        for range in &rows.ranges {
+            let x = columns.rows_range(range.clone());
+            let mut products = DMatrix::zeros(k, q + p + 1);
+            products.view_mut((0, 0), (k, q)).copy_from(&x.tr_mul(&shared.rows_range(range.clone())));
+            products.view_mut((0, q), (k, p)).copy_from(&x.tr_mul(&profiled.rows_range(range.clone())));
+            products.view_mut((0, q + p), (k, 1)).copy_from(&x.tr_mul(&residual.rows_range(range.clone())));
+            own.push((products, x.tr_mul(&x)));
+        }
+        let mut gram = DMatrix::zeros(q + p + 1, q + p + 1);
+        gram.view_mut((0, 0), (q, q)).copy_from(rows.gram());
+        let across = shared.tr_mul(&profiled);
+        gram.view_mut((0, q), (q, p)).copy_from(&across);
+        gram.view_mut((q, 0), (p, q)).tr_copy_from(&across);
+        gram.view_mut((q, q), (p, p)).copy_from(&profiled.tr_mul(&profiled));
+        // The last row is never read but for its end.
+        gram.view_mut((0, q + p), (q, 1)).copy_from(&shared.tr_mul(&residual));
+        gram.view_mut((q, q + p), (p, 1)).copy_from(&profiled.tr_mul(&residual));
+        gram[(q + p, q + p)] = residual.norm_squared();
+        Self { rows, profiles, residual, columns, profiled, followed, gram, own }
+    }
+
+    /// Number of causes.
+    fn count(&self) -> usize {
+        self.columns.ncols()
+    }
+
+    /// What the deviations of a row take from its metric: the inverse of K⁻¹ + XᵀX for the causes that are free, zero for the others;
+    /// with the logarithm of the determinant of I + K XᵀX.
+    fn taken(&self, row: usize, freedoms: &[Freedom]) -> (DMatrix<f64>, f64) {
+        let k = self.count();
+        let free: Vec<usize> = (0..k).filter(|m| freedoms[*m].freedom > 0.0).collect();
+        let mut all = DMatrix::zeros(k, k);
+        let (_, products) = &self.own[row];
+        // Scaled by the freedoms, the matrix stays regular where one of them is small.
+        let scaled = DMatrix::from_fn(free.len(), free.len(), |i, j| {
+            let of = freedoms[free[i]].freedom * freedoms[free[j]].freedom * products[(free[i], free[j])];
+            of + f64::from(u8::from(i == j))
+        });
+        let Some(factor) = Cholesky::new(scaled) else { return (all, 0.0) };
+        let log_determinant = 2.0 * factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
+        let inverse = factor.inverse();
+        for (i, a) in free.iter().enumerate() {
+            for (j, b) in free.iter().enumerate() {
+                all[(*a, *b)] = freedoms[*a].freedom * freedoms[*b].freedom * inverse[(i, j)];
+            }
+        }
+        (all, log_determinant)
+    }
+
+    fn deviations(&self, freedoms: &[Freedom], spread: f64) -> DVector<f64> {
+        let shared = self.rows.deviations(spread);
+        let of_causes = self.followed.iter().map(|(m, f)| freedoms[*m].of(self.profiles.of[*f]));
+        DVector::from_iterator(shared.len() + self.profiled.ncols(), shared.iter().copied().chain(of_causes))
+    }
+
+    /// Logarithm of the evidence, without the constant that is alike for all sets; `None` where rounding leaves no positive matrix.
+    pub fn log_evidence(&self, freedoms: &[Freedom], spread: f64) -> Option<f64> {
+        let last = self.gram.nrows() - 1;
+        let deviations = self.deviations(freedoms, spread);
+        // What does not act is left out before anything is multiplied; the residual comes last.
+        let acting: Vec<usize> = (0..last).filter(|k| deviations[*k] > 0.0).chain([last]).collect();
+        let scale = |k: usize| if k == last { 1.0 } else { deviations[k] };
+        let size = acting.len() - 1;
+        let mut gram = DMatrix::from_fn(size + 1, size + 1, |i, j| scale(acting[i]) * scale(acting[j]) * self.gram[(acting[i], acting[j])]);
+        let mut determinant = self.rows.log_determinant();
+        if freedoms.iter().any(|f| f.freedom > 0.0) {
+            for (row, (products, _)) in self.own.iter().enumerate() {
+                let (taken, own) = self.taken(row, freedoms);
+                determinant += own;
+                let products = DMatrix::from_fn(products.nrows(), size + 1, |m, j| scale(acting[j]) * products[(m, acting[j])]);
+                gram.gemm_tr(-1.0, &products, &(taken * &products), 1.0);
+            }
+        }
+        let mut matrix = gram.view((0, 0), (size, size)).into_owned();
+        (0..size).for_each(|k| matrix[(k, k)] += 1.0);
+        let factor = Cholesky::new(matrix)?;
+        let mut along = gram.view((0, size), (size, 1)).into_owned();
+        factor.l_dirty().solve_lower_triangular_mut(&mut along);
+        determinant += 2.0 * factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
+        Some(-0.5 * (gram[(size, size)] - along.norm_squared() + determinant))
+    }
+
+    /// The posterior under one choice; `None` as in [`Explained::log_evidence`].
+    pub fn posterior(&'a self, freedoms: &[Freedom], spread: f64) -> Option<Posterior<'a>> {
+        let deviations = self.deviations(freedoms, spread);
+        let q = self.rows.shared.ncols();
+        let mut columns = DMatrix::zeros(self.residual.len(), deviations.len());
+        columns.columns_range_mut(..q).copy_from(&self.rows.shared);
+        columns.columns_range_mut(q..).copy_from(&self.profiled);
+        columns.column_iter_mut().zip(&deviations).for_each(|(mut column, d)| column *= *d);
+        let metric = self.under_metric(&columns, freedoms);
+        let mut matrix = columns.tr_mul(&metric);
+        (0..matrix.nrows()).for_each(|k| matrix[(k, k)] += 1.0);
+        let factor = Cholesky::new(matrix)?;
+        let mut found =
+            Posterior { pull: DVector::zeros(self.residual.len()), explained: self, freedoms: freedoms.to_vec(), metric, factor };
+        found.pull = found.solve(&DMatrix::from_columns(std::slice::from_ref(&self.residual))).column(0).into_owned();
+        Some(found)
+    }
+
+    /// Columns under the metric of the rows.
+    fn under_metric(&self, columns: &DMatrix<f64>, freedoms: &[Freedom]) -> DMatrix<f64> {
+        let mut found = columns.clone();
+        if freedoms.iter().all(|f| f.freedom == 0.0) {
+            return found;
+        }
+        for (row, range) in self.rows.ranges.iter().enumerate() {
+            let x = self.columns.rows_range(range.clone());
+            let (taken, _) = self.taken(row, freedoms);
+            let less = x * (taken * x.tr_mul(&columns.rows_range(range.clone())));
+            let mut own = found.rows_range_mut(range.clone());
+            own -= less;
+        }
+        found
+    }
+}
+
+impl Posterior<'_> {
+    /// Inverse covariance times columns.
+    fn solve(&self, columns: &DMatrix<f64>) -> DMatrix<f64> {
+        let along = self.factor.solve(&self.metric.tr_mul(columns));
+        self.explained.under_metric(columns, &self.freedoms) - &self.metric * along
+    }
+
+    /// Prior covariance of the amplitudes of one cause in all rows, in units of its scale squared.
+    fn prior(&self, cause: usize) -> DMatrix<f64> {
+        let (f, profiles) = (self.freedoms[cause], self.explained.profiles);
+        let mut scaled = profiles.functions.clone();
+        scaled.column_iter_mut().zip(&profiles.of).for_each(|(mut column, curve)| column *= f.of(*curve));
+        let mut prior = &scaled * scaled.transpose();
+        (0..prior.nrows()).for_each(|row| prior[(row, row)] += f.freedom * f.freedom);
+        prior
+    }
+
+    /// Covariance of the readings, whitened row by row, with the amplitudes of one cause in all rows.
+    fn with_readings(&self, cause: usize) -> DMatrix<f64> {
+        let prior = self.prior(cause);
+        let column = self.explained.columns.column(cause);
+        let mut with = DMatrix::zeros(column.len(), prior.nrows());
+        for (row, range) in self.explained.rows.ranges.iter().enumerate() {
+            for i in range.clone() {
+                (0..prior.nrows()).for_each(|other| with[(i, other)] = column[i] * prior[(row, other)]);
+            }
+        }
+        with
+    }
+
+    /// The most probable amplitude of each cause in every row, in units of its scale.
+    pub fn amplitudes(&self) -> Vec<Vec<f64>> {
+        (0..self.freedoms.len()).map(|m| self.with_readings(m).tr_mul(&self.pull).iter().copied().collect()).collect()
+    }
+
+    /// Covariance of the amplitudes of one cause in all rows, in units of its scale squared.
+    pub fn covariance(&self, cause: usize) -> DMatrix<f64> {
+        let with = self.with_readings(cause);
+        self.prior(cause) - with.tr_mul(&self.solve(&with))
+    }
+
+    /// Logarithm of the density of each row's readings, given all other rows, without the constant of the number of readings.
+    pub fn kept_out(&self) -> Vec<f64> {
+        let rows = self.explained.rows;
+        let inverse = self.factor.inverse();
+        let of = |(row, range): (usize, &std::ops::Range<usize>)| {
+            let size = range.len();
+            let metric = self.metric.rows_range(range.clone());
+            let own = DMatrix::identity(size, size);
+            let x = self.explained.columns.rows_range(range.clone());
+            let (taken, _) = self.explained.taken(row, &self.freedoms);
+            let block = own - x * taken * x.transpose() - metric * &inverse * metric.transpose();
+            let pull = self.pull.rows_range(range.clone());
+            match Cholesky::new(block) {
+                Some(factor) => {
+                    let log = factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
+                    -0.5 * pull.dot(&factor.solve(&pull)) + log - rows.log_of_row(row)
+                }
+                None => f64::NEG_INFINITY,
+            }
+        };
+        rows.ranges.iter().enumerate().map(of).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::rows::Errors;
+    use super::*;
+
+    /// Two causes over three rows of unequal length, with a number, a bias, errors of rows and a disturbance.
+    fn case() -> (Errors, Vec<f64>, Vec<Vec<f64>>) {
+        let row_of = vec![0, 0, 0, 1, 1, 1, 2, 2];
+        let wave = |k: usize| (0..8).map(|i| ((i * (k + 2) + k) as f64 * 0.7).sin()).collect::<Vec<f64>>();
+        let only = |row: usize, column: Vec<f64>| {
+            column.into_iter().zip(&row_of).map(|(c, r)| if *r == row { c } else { 0.0 }).collect::<Vec<f64>>()
+        };
+        let errors = Errors {
+            noise: vec![0.1, 0.2, 0.1, 0.1, 0.2, 0.1, 0.2, 0.1],
+            stated: vec![wave(1), only(1, wave(2)), only(0, wave(3))],
+            numbers: vec![wave(4), wave(5)],
+            heats: vec![wave(6), wave(7)],
+            row_of,
+        };
+        (errors, wave(8), vec![wave(9), wave(10)])
+    }
+
+    /// The covariance of everything, written out, with the prior covariance of each cause's amplitudes.
+    fn dense(errors: &Errors, columns: &[Vec<f64>], priors: &[DMatrix<f64>], loose: (f64, f64)) -> DMatrix<f64> {
+        let n = errors.noise.len();
+        let mut all = DMatrix::zeros(n, n);
+        let mut add = |a: &[f64], variance: f64, same_row: bool| {
+            for i in 0..n {
+                for j in 0..n {
+                    if !same_row || errors.row_of[i] == errors.row_of[j] {
+                        all[(i, j)] += variance * a[i] * a[j];
+                    }
+                }
+            }
+        };
+        errors.stated.iter().for_each(|c| add(c, 1.0, false));
+        errors.numbers.iter().for_each(|c| add(c, loose.0 * loose.0, false));
+        errors.heats.iter().for_each(|c| add(c, loose.1 * loose.1, true));
+        (0..n).for_each(|i| all[(i, i)] += errors.noise[i].powi(2));
+        for (column, prior) in columns.iter().zip(priors) {
+            all += DMatrix::from_fn(n, n, |i, j| column[i] * column[j] * prior[(errors.row_of[i], errors.row_of[j])]);
+        }
+        all
+    }
+
+    #[test]
+    fn evidence_amplitudes_and_kept_out_rows_are_those_of_the_covariance_written_out() {
+        let (errors, residual, columns) = case();
+        let loose = (0.3, 0.2);
+        let rows = Rows::new(&errors, loose.1).unwrap();
+        let profiles = Profiles::smooth(3, &[vec![0.0, 1.0, 3.0]]);
+        let explained = Explained::new(&rows, &profiles, &residual, &columns, &[profiles.all(), profiles.all()]);
+        let r = DVector::from_column_slice(&residual);
+        let curve = Some(((0, 0), 0.7));
+        for freedoms in
+            [[(1.0, 0.5, None), (3.0, 0.0, None)], [(1.0, 0.0, None), (1.0, 0.0, curve)], [(3.0, 1.5, curve), (1.0, 0.15, None)]]
+        {
+            let freedoms = freedoms.map(|(size, freedom, curve)| Freedom { size, freedom, curve });
+            // The kernel of a smooth function less its means, as the definition has it.
+            let x: [f64; 3] = [0.0, 1.0, 3.0];
+            let deviation = (x.iter().map(|x| (x - 4.0 / 3.0).powi(2)).sum::<f64>() / 3.0).sqrt();
+            let kernel = DMatrix::from_fn(3, 3, |i, j| (-0.5 * ((x[i] - x[j]) / deviation).powi(2)).exp());
+            let centre = DMatrix::identity(3, 3) - DMatrix::from_element(3, 3, 1.0 / 3.0);
+            let kernel = &centre * kernel * &centre;
+            let prior = |f: &Freedom| {
+                let curve = f.curve.map_or(0.0, |(_, size)| size * size);
+                let other = |i: usize, j: usize| f.size * f.size + if i == j { f.freedom * f.freedom } else { 0.0 };
+                &kernel * curve + DMatrix::from_fn(3, 3, other)
+            };
+            let full = dense(&errors, &columns, &freedoms.map(|f| prior(&f)), loose);
+            let inverse = full.clone().try_inverse().unwrap();
+            let expected = -0.5 * ((r.transpose() * &inverse * &r)[0] + full.determinant().ln());
+            let found = explained.log_evidence(&freedoms, loose.0).unwrap();
+            assert!((found - expected).abs() < 1e-9, "{found} {expected}");
+
+            let posterior = explained.posterior(&freedoms, loose.0).unwrap();
+            for (m, amplitudes) in posterior.amplitudes().iter().enumerate() {
+                let prior = prior(&freedoms[m]);
+                let with = DMatrix::from_fn(3, 8, |row, i| columns[m][i] * prior[(row, errors.row_of[i])]);
+                let mean = &with * &inverse * &r;
+                let covariance = prior - &with * &inverse * with.transpose();
+                assert!((0..3).all(|row| (amplitudes[row] - mean[row]).abs() < 1e-9));
+                assert!((posterior.covariance(m) - covariance).amax() < 1e-9);
+            }
+
+            for (row, density) in posterior.kept_out().into_iter().enumerate() {
+                let own: Vec<usize> = (0..8).filter(|i| errors.row_of[*i] == row).collect();
+                let block = DMatrix::from_fn(own.len(), own.len(), |i, j| inverse[(own[i], own[j])]);
+                let pull = &inverse * &r;
+                let pull = DVector::from_fn(own.len(), |i, _| pull[own[i]]);
+                let expected = -0.5 * (pull.transpose() * block.clone().try_inverse().unwrap() * &pull)[0] + 0.5 * block.determinant().ln();
+                assert!((density - expected).abs() < 1e-9, "{density} {expected}");
+            }
+        }
+    }
+}

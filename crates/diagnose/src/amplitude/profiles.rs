@@ -1,0 +1,78 @@
+//! How an amplitude may run over the rows of a table: alike in all, smooth over one variable, and new in every row.
+
+use nalgebra::{DMatrix, SymmetricEigen};
+
+/// Lengths over which a smooth amplitude changes, in standard deviations of its variable over the rows. Chosen: powers follow the first,
+/// friction that falls within a sixth of the range the second; shorter ones are the amplitude that is new in every row.
+pub const LENGTHS: [f64; 2] = [1.0, 0.3];
+/// Directions of a smooth amplitude with less than this share of its largest variance are left out. Chosen.
+const LEAST_VARIANCE: f64 = 3e-3;
+/// Values closer than this share of a variable's standard deviation are one.
+const ALIKE: f64 = 1e-9;
+
+/// A smooth run over one variable, by the variable and its length's place in [`LENGTHS`].
+pub type Curve = (usize, usize);
+
+/// Functions of the rows: the constant first, then for each variable those of a smooth amplitude.
+#[derive(Debug, Clone)]
+pub struct Profiles {
+    /// Rows times functions; of unit prior variance each.
+    pub functions: DMatrix<f64>,
+    /// Curve that each function is of: a variable and a place in [`LENGTHS`]; none of the constant.
+    pub of: Vec<Option<Curve>>,
+}
+
+impl Profiles {
+    /// The constant alone.
+    pub fn constant(rows: usize) -> Self {
+        Self { functions: DMatrix::from_element(rows, 1, 1.0), of: vec![None] }
+    }
+
+    /// With smooth functions of each of some variables, given by their values in the rows: variables that do not vary have none.
+    pub fn smooth(rows: usize, variables: &[Vec<f64>]) -> Self {
+        let mut columns = vec![nalgebra::DVector::from_element(rows, 1.0)];
+        let mut of = vec![None];
+        for (v, values) in variables.iter().enumerate() {
+            let n = rows.max(1) as f64;
+            let mean = values.iter().sum::<f64>() / n;
+            let deviation = (values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n).sqrt();
+            if deviation <= ALIKE * mean.abs() || deviation == 0.0 {
+                continue;
+            }
+            for (place, length) in LENGTHS.iter().enumerate() {
+                let near = |i: usize, j: usize| (-0.5 * ((values[i] - values[j]) / (length * deviation)).powi(2)).exp();
+                let kernel = DMatrix::from_fn(rows, rows, near);
+                // The constant is a function of its own.
+                let means: Vec<f64> = kernel.column_iter().map(|column| column.mean()).collect();
+                let all = means.iter().sum::<f64>() / n;
+                let centred = DMatrix::from_fn(rows, rows, |i, j| kernel[(i, j)] - means[i] - means[j] + all);
+                let eigen = SymmetricEigen::new(centred);
+                let largest = eigen.eigenvalues.max();
+                for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
+                    if *value > LEAST_VARIANCE * largest {
+                        columns.push(vector * value.sqrt());
+                        of.push(Some((v, place)));
+                    }
+                }
+            }
+        }
+        Self { functions: DMatrix::from_columns(&columns), of }
+    }
+
+    /// All curves.
+    pub fn curves(&self) -> Vec<Curve> {
+        let mut all: Vec<Curve> = self.of.iter().flatten().copied().collect();
+        all.dedup();
+        all
+    }
+
+    /// The constant, and the functions of one curve.
+    pub fn with(&self, curve: Option<Curve>) -> Vec<usize> {
+        (0..self.of.len()).filter(|f| self.of[*f].is_none() || self.of[*f] == curve).collect()
+    }
+
+    /// All functions.
+    pub fn all(&self) -> Vec<usize> {
+        (0..self.of.len()).collect()
+    }
+}

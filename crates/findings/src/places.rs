@@ -1,0 +1,146 @@
+//! Places and kinds whose amplitude is free in every row of a table, as text and as outside programs read them.
+
+use serde::Serialize;
+
+use super::Findings;
+use super::record::EstimateRecord;
+use coldplate_base::error::Result;
+use coldplate_base::numbers::significant;
+use coldplate_base::progress::Progress;
+use coldplate_diagnose::{AmplitudeSettings, Cause, PlaceAndKind, Places, places};
+
+/// Sets that are told in text.
+const TOLD: usize = 3;
+/// Least probability of a set that is told beside the first.
+const LEAST_TOLD: f64 = 0.01;
+
+/// What `--amplitudes` adds to an answer.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)]
+pub struct PlacesRecord {
+    /// Places and kinds that were tried, each fitted to the end.
+    pub tried: usize,
+    /// Sets, most probable first; one without causes is the machine as it is.
+    pub sets: Vec<PlaceSetRecord>,
+    /// Constants that decide the answer.
+    pub settings: AmplitudeSettings,
+}
+
+/// A set of places and kinds.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)]
+pub struct PlaceSetRecord {
+    pub causes: Vec<PlaceRecord>,
+    pub probability: f64,
+    /// Logarithm of the evidence over that of the machine as it is.
+    pub log_evidence: f64,
+    /// Logarithm of the density of each row given all others, over that of the machine as it is, summed over the rows.
+    pub log_density_kept_out: f64,
+    /// Standard error of that sum.
+    pub standard_error: f64,
+    /// Spread of the numbers of the machine file beside it, standard deviation of their logarithms.
+    pub numbers: f64,
+    /// Heat in every part, new in every row, beside it: standard deviation as a share of the machine's mean heat.
+    pub disturbance: f64,
+}
+
+/// A place and a kind with its amplitude in every row.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)]
+pub struct PlaceRecord {
+    pub kind: String,
+    pub place: String,
+    /// Variable over which the amplitude runs smoothly, `row` for the order of the rows; none where it is alike in all rows or free.
+    pub over: Option<String>,
+    /// Whether every row has an amplitude of its own.
+    pub free: bool,
+    pub rows: Vec<RowAmplitudeRecord>,
+}
+
+/// The amplitude in one row.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)]
+pub struct RowAmplitudeRecord {
+    pub test: String,
+    pub amplitude: EstimateRecord,
+}
+
+/// Finds the places and kinds of a diagnosis by their amplitudes alone.
+///
+/// # Errors
+/// Errors of [`places`].
+pub fn by_amplitude(found: &Findings<'_>, progress: &dyn Progress) -> Result<Places> {
+    places(&found.problem, &AmplitudeSettings::default(), progress)
+}
+
+/// The number of a place and kind in each row, as readers count it.
+fn in_rows(own: &PlaceAndKind) -> Vec<EstimateRecord> {
+    let of = |(amplitude, deviation): (&f64, &f64)| {
+        let shown = Cause::new(own.hypothesis.clone(), *amplitude, *deviation).shown();
+        EstimateRecord { value: shown.value, low: shown.low, high: shown.high, unit: shown.unit.into() }
+    };
+    own.amplitudes.iter().zip(&own.deviations).map(of).collect()
+}
+
+/// For outside programs.
+pub fn record(found: &Findings<'_>, places: &Places) -> PlacesRecord {
+    let tests: Vec<&str> = found.problem.data.rows.iter().filter(|row| row.has_readings()).map(|row| row.test.as_str()).collect();
+    let place = |own: &PlaceAndKind| PlaceRecord {
+        kind: own.hypothesis.kind().into(),
+        place: own.hypothesis.place.clone(),
+        over: own.over.clone(),
+        free: own.is_free,
+        rows: tests.iter().zip(in_rows(own)).map(|(test, amplitude)| RowAmplitudeRecord { test: (*test).into(), amplitude }).collect(),
+    };
+    let sets = places.sets.iter().map(|set| PlaceSetRecord {
+        causes: set.members.iter().map(place).collect(),
+        probability: set.probability,
+        log_evidence: set.lead,
+        log_density_kept_out: set.kept_out.0,
+        standard_error: set.kept_out.1,
+        numbers: set.spread,
+        disturbance: set.disturbance,
+    });
+    PlacesRecord { tried: places.tried, sets: sets.collect(), settings: AmplitudeSettings::default() }
+}
+
+/// How an amplitude runs over the rows, in words.
+fn run_in_words(own: &PlaceAndKind) -> String {
+    match (&own.over, own.is_free) {
+        (Some(over), _) if over == "row" => "runs with the order of the rows".into(),
+        (Some(over), _) => format!("runs with {over}"),
+        (None, true) => "own in every row".into(),
+        (None, false) => "alike in all rows".into(),
+    }
+}
+
+/// For readers: the first sets, and the amplitude of the first one's causes in every row as lines of a table.
+pub fn text(found: &Findings<'_>, places: &Places, table: impl Fn(&[&str], &[Vec<String>]) -> String) -> String {
+    let mut text = format!("\nby amplitude alone, free in every row ({} places and kinds):\n", places.tried);
+    for (i, set) in places.sets.iter().take(TOLD).enumerate().filter(|(i, set)| *i == 0 || set.probability > LEAST_TOLD) {
+        let words: Vec<String> =
+            set.members.iter().map(|own| format!("{}, {}", own.hypothesis.kind_and_place(), run_in_words(own))).collect();
+        let words = if words.is_empty() { "nothing".into() } else { words.join("; ") };
+        text += &format!("  {:.3}  {words}\n", set.probability);
+        if i == 0 && !set.members.is_empty() {
+            let (sum, error) = set.kept_out;
+            text += &format!(
+                "         rows kept out are more probable by a factor of e^{} +- {}\n",
+                significant(sum, 3),
+                significant(error, 2)
+            );
+        }
+    }
+    let Some(first) = places.sets.first().filter(|set| !set.members.is_empty()) else { return text };
+    let tests = found.problem.data.rows.iter().filter(|row| row.has_readings()).map(|row| row.test.clone());
+    let columns: Vec<Vec<EstimateRecord>> = first.members.iter().map(in_rows).collect();
+    let cell = |own: &EstimateRecord| {
+        let unit = if own.unit == "1" { String::new() } else { format!(" {}", own.unit) };
+        format!("{}{unit} ({} to {})", significant(own.value, 3), significant(own.low, 3), significant(own.high, 3))
+    };
+    let rows: Vec<Vec<String>> =
+        tests.enumerate().map(|(row, test)| std::iter::once(test).chain(columns.iter().map(|own| cell(&own[row]))).collect()).collect();
+    let heading: Vec<String> = first.members.iter().map(|own| own.hypothesis.kind_and_place()).collect();
+    let heading: Vec<&str> = std::iter::once("test").chain(heading.iter().map(String::as_str)).collect();
+    text + "\n" + &table(&heading, &rows)
+}
