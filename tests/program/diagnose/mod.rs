@@ -1,5 +1,6 @@
 //! `diagnose` as a command: what it prints and writes, what it refuses, faults, causes in time, and two measured set-ups.
 
+mod amplitudes;
 mod board;
 mod command;
 mod faults;

@@ -1,0 +1,85 @@
+//! `--amplitudes`: places and kinds by the amplitude that every row asks for.
+
+use super::scratch;
+use crate::common::{coldplate, json, message, write};
+
+/// Three masses, of which the nut has a heat that follows no variable by any power: 20 W at middle speeds alone.
+const MACHINE: &str = r#"
+name = "Three masses in a room"
+[node.room]
+temperature = "ambient_temperature"
+[node.motor]
+capacity = "300 J/K"
+[node.nut]
+capacity = "150 J/K"
+[node.frame]
+capacity = "900 J/K"
+[contact.motor_frame]
+between = ["motor", "frame"]
+total_conductance = "2 W/K"
+[contact.nut_frame]
+between = ["nut", "frame"]
+total_conductance = "1.5 W/K"
+[contact.frame_room]
+between = ["frame", "room"]
+total_conductance = "4 W/K"
+[source.motor]
+in = "motor"
+power = "0.04 * motor_speed_rpm"
+[sensor.motor]
+node = "motor"
+[sensor.nut]
+node = "nut"
+[sensor.frame]
+node = "frame"
+"#;
+
+/// Steady readings to a hundredth of a kelvin, by hand: the frame takes all heat to the room.
+fn rows() -> String {
+    let mut text = "test,motor_speed [rpm],ambient_temperature [degC],motor [degC],nut [degC],frame [degC]\n".to_string();
+    for (i, rpm) in [400.0f64, 700.0, 1000.0, 1300.0, 1600.0, 1900.0, 2200.0, 2500.0].into_iter().enumerate() {
+        let (motor, nut) = (0.04 * rpm, extra(rpm));
+        let frame = 20.0 + (motor + nut) / 4.0;
+        text += &format!("t{i},{rpm},20,{:.2},{:.2},{frame:.2}\n", frame + motor / 2.0, frame + nut / 1.5);
+    }
+    text
+}
+
+fn extra(rpm: f64) -> f64 {
+    20.0 * (-((rpm - 1400.0) / 300.0).powi(2)).exp()
+}
+
+#[test]
+fn a_heat_by_no_known_law_is_found_with_its_curve() {
+    let folder = scratch("amplitudes");
+    let (machine, table) = (write(&folder, "masses.toml", MACHINE), write(&folder, "rows.csv", rows()));
+    let found = json(&coldplate(&["diagnose", &machine, &table, "--amplitudes", "--json", "--quiet"]));
+    let first = &found["amplitudes"]["sets"][0];
+    let cause = &first["causes"][0];
+    assert_eq!((&cause["kind"], &cause["place"]), (&"heat source".into(), &"nut".into()), "{first}");
+    assert_eq!(first["causes"].as_array().unwrap().len(), 1, "{first}");
+    assert_eq!(cause["over"], "motor_speed", "{first}");
+    for (row, rpm) in cause["rows"].as_array().unwrap().iter().zip([400.0, 700.0, 1000.0, 1300.0, 1600.0, 1900.0, 2200.0, 2500.0]) {
+        let (low, high) = (row["amplitude"]["low"].as_f64().unwrap(), row["amplitude"]["high"].as_f64().unwrap());
+        // An interval of 90 % widened by half: no row may lie far outside.
+        let slack = 0.5 * (high - low);
+        assert!(low - slack < extra(rpm) && extra(rpm) < high + slack, "{row} for {:.2} W", extra(rpm));
+        assert_eq!(row["amplitude"]["unit"], "W");
+    }
+    assert!(found["amplitudes"]["settings"]["expected_causes"].is_number());
+    let text = coldplate(&["diagnose", &machine, &table, "--amplitudes", "--quiet"]);
+    let text = String::from_utf8_lossy(&text.stdout).into_owned();
+    assert!(text.contains("heat source at nut, runs with motor_speed"), "{text}");
+}
+
+#[test]
+fn logs_are_refused_before_any_work() {
+    let folder = scratch("amplitudes-log");
+    let machine = write(&folder, "masses.toml", MACHINE);
+    let log = "time [s],motor_speed [rpm],ambient_temperature [degC],motor [degC]\n0,1000,20,20\n60,1000,20,25\n120,1000,20,28\n";
+    let table = write(&folder, "log.csv", log);
+    let refused = coldplate(&["diagnose", &machine, &table, "--amplitudes"]);
+    let said = message(&refused);
+    assert_eq!(refused.status.code(), Some(2), "{said}");
+    assert!(said.contains("--amplitudes") && said.contains("this is a log") && said.contains("leave it out"), "{said}");
+}
