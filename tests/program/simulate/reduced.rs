@@ -134,7 +134,7 @@ fn units_of_lumped_machines_follow_the_machine() {
     json(&coldplate(&["reduce", &machine, "--histories", "4", "--vary", "all", "--out", &model, "--json"]));
     json(&coldplate(&["sweep", &sweep, "--out", &at("out"), "--json"]));
     json(&coldplate(&["fit", &table, "--machine", &machine, "--dynamics", &model, "--out", &surrogate, "--json"]));
-    json(&coldplate(&["export", &surrogate, "--to", "fmu2", "--out", &folder.to_str().unwrap(), "--json"]));
+    json(&coldplate(&["export", &surrogate, "--to", "fmu2", "--out", folder.to_str().unwrap(), "--json"]));
     let full = run(&machine, &cycle, &["--from", "25 degC", "--every", "60 s"]);
     let stepped = run(&surrogate, &cycle, &["--from", "25 degC", "--every", "60 s"]);
     // The unit steps by minutes; its inputs are in the order of the names.

@@ -36,14 +36,16 @@ impl Response {
                 let right = |i: usize| 6.0 * ((changes[k + 1][i] - changes[k][i]) / h[k] - (changes[k][i] - changes[k - 1][i]) / h[k - 1]);
                 let (factor, less) = if k > 1 { (h[k - 1] / diagonal[k - 1], h[k - 1]) } else { (0.0, 0.0) };
                 diagonal[k] = 2.0 * (h[k - 1] + h[k]) - factor * less;
-                for i in 0..readings {
-                    bends[k][i] = right(i) - factor * bends[k - 1][i];
+                let (before, own) = bends.split_at_mut(k);
+                for (i, (bend, last)) in own[0].iter_mut().zip(&before[k - 1]).enumerate() {
+                    *bend = right(i) - factor * last;
                 }
             }
             for k in (1..n - 1).rev() {
-                for i in 0..readings {
-                    let next = if k + 1 < n - 1 { h[k] * bends[k + 1][i] } else { 0.0 };
-                    bends[k][i] = (bends[k][i] - next) / diagonal[k];
+                // The last one is zero: beyond the knots the spline is straight.
+                let (own, after) = bends.split_at_mut(k + 1);
+                for (bend, next) in own[k].iter_mut().zip(&after[0]) {
+                    *bend = (*bend - h[k] * next) / diagonal[k];
                 }
             }
         }

@@ -66,7 +66,8 @@ impl Rows {
             let first = acting.next()?;
             Some(acting.all(|row| row == first).then_some(first))
         };
-        let (mut shared, mut local): (Vec<&Vec<f64>>, Vec<(usize, &Vec<f64>)>) = (Vec::new(), Vec::new());
+        let mut shared: Vec<&Vec<f64>> = Vec::new();
+        let mut local: Vec<(usize, &Vec<f64>)> = Vec::new();
         for column in &errors.stated {
             match own_row(column) {
                 Some(Some(row)) => local.push((row, column)),

@@ -62,6 +62,12 @@ impl Fit {
     }
 }
 
+/// Change of the readings with several causes in force at once, K, at amplitudes in units of their scales; `None` where it is the sum of the
+/// changes of each.
+pub type Together<'a> = &'a (dyn Fn(&[(usize, f64)]) -> Option<Vec<f64>> + Sync);
+/// Change of the readings with the logarithm of each number of the machine (K) with one cause in force; `None` of what acts on readings.
+pub type NumbersWith<'a> = &'a (dyn Fn(usize, f64) -> Option<Vec<Vec<f64>>> + Sync);
+
 /// What is searched.
 pub struct Search<'a> {
     pub errors: &'a Errors,
@@ -69,11 +75,10 @@ pub struct Search<'a> {
     pub residual: &'a [f64],
     pub candidates: &'a [Candidate],
     pub settings: &'a AmplitudeSettings,
-    /// Change of the readings with several causes in force at once, K, at amplitudes in units of their scales; `None` where it is the sum of
-    /// the changes of each.
-    pub together: &'a (dyn Fn(&[(usize, f64)]) -> Option<Vec<f64>> + Sync),
-    /// Change of the readings with the logarithm of each number of the machine (K) with one cause in force; `None` of what acts on readings.
-    pub numbers_with: &'a (dyn Fn(usize, f64) -> Option<Vec<Vec<f64>>> + Sync),
+    /// What several causes do together.
+    pub together: Together<'a>,
+    /// What one cause makes of the machine's numbers.
+    pub numbers_with: NumbersWith<'a>,
     /// Functions of the rows that an amplitude may follow.
     pub profiles: Profiles,
     /// Values of each variable in the rows.
@@ -89,7 +94,7 @@ impl<'a> Search<'a> {
         residual: &'a [f64],
         candidates: &'a [Candidate],
         settings: &'a AmplitudeSettings,
-        (together, numbers_with): Changes<'a>,
+        (together, numbers_with): (Together<'a>, NumbersWith<'a>),
         variables: &'a [Vec<f64>],
     ) -> Self {
         let of = |size: &f64| Some((*size, Rows::new(errors, *size)?));
@@ -348,14 +353,20 @@ impl<'a> Search<'a> {
         let mut freedoms = fit.freedoms.clone();
         freedoms.push(Freedom::constant(self.settings.sizes[0]));
         let mut best: Option<Fit> = None;
-        for knot in candidate.answer.knots() {
+        // A disturbance that took the place of a cause goes only as the cause comes: with one alone neither is better.
+        let still = Looseness { disturbance: self.settings.disturbances[0], ..fit.looseness };
+        let mut begins: Vec<(f64, Looseness)> = candidate.answer.knots().iter().map(|knot| (*knot, fit.looseness)).collect();
+        if still != fit.looseness {
+            begins.extend(candidate.answer.knots().iter().map(|knot| (*knot, still)));
+        }
+        for (knot, looseness) in begins {
             let mut amplitudes = fit.amplitudes.clone();
-            amplitudes.push(vec![*knot; self.row_count()]);
+            amplitudes.push(vec![knot; self.row_count()]);
             let linear = self.linear(&members, &amplitudes, excess);
-            let (found, log_evidence) = self.freest(&linear, &freedoms, (&[own], false), fit.looseness);
+            let (found, log_evidence) = self.freest(&linear, &freedoms, (&[own], false), looseness);
             if best.as_ref().is_none_or(|best| log_evidence > best.log_evidence) {
                 let log_prior = self.log_prior(&members);
-                let (members, looseness) = (members.clone(), fit.looseness);
+                let members = members.clone();
                 let errors = fit.errors.clone();
                 best = Some(Fit { members, freedoms: found, looseness, amplitudes, log_evidence, log_prior, stands: false, errors });
             }
@@ -389,9 +400,6 @@ impl<'a> Search<'a> {
         sorted(found)
     }
 }
-
-/// Changes of the readings with several causes together, and those with the machine's numbers beside one cause.
-pub type Changes<'a> = (&'a (dyn Fn(&[(usize, f64)]) -> Option<Vec<f64>> + Sync), &'a (dyn Fn(usize, f64) -> Option<Vec<Vec<f64>>> + Sync));
 
 /// A residual without members, and their columns.
 pub struct Linear {
