@@ -14,13 +14,11 @@ const AMBIENT: f64 = 20.0;
 /// Nodes `block`, and `other` where a second one is asked for, on a wall of 20 degC; lines of controllers and sources behind.
 fn machine(lines: &str) -> MeshedMachine {
     let second = if lines.contains("other") {
-        format!(
-            "[node.other]\ncapacity = \"1000 J/K\"\n[sensor.other]\nnode = \"other\"\n\
-             [contact.other]\nbetween = [\"other\", \"wall\"]\ntotal_conductance = \"2 W/K\"\n\
-             [contact.joint]\nbetween = [\"block\", \"other\"]\ntotal_conductance = \"1 W/K\"\n"
-        )
+        "[node.other]\ncapacity = \"1000 J/K\"\n[sensor.other]\nnode = \"other\"\n\
+         [contact.other]\nbetween = [\"other\", \"wall\"]\ntotal_conductance = \"2 W/K\"\n\
+         [contact.joint]\nbetween = [\"block\", \"other\"]\ntotal_conductance = \"1 W/K\"\n"
     } else {
-        String::new()
+        ""
     };
     let text = format!(
         "name = \"One block on a wall\"\n[node.block]\ncapacity = \"{CAPACITY} J/K\"\n[node.wall]\ntemperature = \"{AMBIENT} degC\"\n\
