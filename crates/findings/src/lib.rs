@@ -9,6 +9,7 @@
 
 mod deviations;
 pub mod energy;
+mod estimate;
 pub mod extended;
 mod figures;
 pub mod input;

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::Findings;
-use super::record::EstimateRecord;
+use super::estimate::EstimateRecord;
 use coldplate_base::error::Result;
 use coldplate_base::numbers::significant;
 use coldplate_base::progress::Progress;
@@ -14,7 +14,7 @@ const TOLD: usize = 3;
 /// Least probability of a set that is told beside the first.
 const LEAST_TOLD: f64 = 0.01;
 
-/// What `--amplitudes` adds to an answer.
+/// Part of an answer that `--amplitudes` adds.
 #[derive(Debug, Clone, Serialize)]
 #[allow(missing_docs)]
 pub struct PlacesRecord {

@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::energy::ConditionBalance;
+pub use super::estimate::EstimateRecord;
 use super::extended::KeyChange;
 use super::next::{NextRecord, by_name};
 use super::places::PlacesRecord;
@@ -101,16 +102,6 @@ pub struct LevelRecord {
 pub struct OtherwiseRecord {
     pub nothing: f64,
     pub something_else: f64,
-}
-
-/// A number with its 90 % interval.
-#[derive(Debug, Clone, Serialize)]
-#[allow(missing_docs)]
-pub struct EstimateRecord {
-    pub value: f64,
-    pub low: f64,
-    pub high: f64,
-    pub unit: String,
 }
 
 /// One part of an explanation.

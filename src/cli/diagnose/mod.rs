@@ -56,7 +56,7 @@ pub struct Args {
     /// Fit surrogates of the machine as it is and of the extended one over the ranges of the machine file; write the latter here
     #[arg(long, value_name = "FILE")]
     surrogate: Option<PathBuf>,
-    /// Of steady tables also find places and kinds by their amplitudes alone, free in every row, whatever law these follow
+    /// Find places and kinds of steady tables by their amplitudes alone too, free in every row, whatever law these follow
     #[arg(long)]
     amplitudes: bool,
     /// Use every reading, faulty ones too (default: faulty readings are named and left out)
