@@ -51,7 +51,7 @@ pub struct Explained<'a> {
     followed: Vec<(usize, usize)>,
     /// Scalar products of shared columns, profiled causes and residual, in this order.
     gram: DMatrix<f64>,
-    /// Of each row the products of the causes with all of these, and with each other.
+    /// Products of the causes with all of these and with each other, row by row.
     own: Vec<(DMatrix<f64>, DMatrix<f64>)>,
 }
 
@@ -114,7 +114,7 @@ impl<'a> Explained<'a> {
         self.columns.ncols()
     }
 
-    /// What the deviations of a row take from its metric: the inverse of K⁻¹ + XᵀX for the causes that are free, zero for the others;
+    /// Matrix that the deviations of a row take from its metric: the inverse of K⁻¹ + XᵀX for the causes that are free, zero for the others;
     /// with the logarithm of the determinant of I + K XᵀX.
     fn taken(&self, row: usize, freedoms: &[Freedom]) -> (DMatrix<f64>, f64) {
         let k = self.count();
@@ -147,7 +147,7 @@ impl<'a> Explained<'a> {
     pub fn log_evidence(&self, freedoms: &[Freedom], spread: f64) -> Option<f64> {
         let last = self.gram.nrows() - 1;
         let deviations = self.deviations(freedoms, spread);
-        // What does not act is left out before anything is multiplied; the residual comes last.
+        // Columns without variance are left out before anything is multiplied; the residual comes last.
         let acting: Vec<usize> = (0..last).filter(|k| deviations[*k] > 0.0).chain([last]).collect();
         let scale = |k: usize| if k == last { 1.0 } else { deviations[k] };
         let size = acting.len() - 1;

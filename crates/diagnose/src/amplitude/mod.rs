@@ -43,7 +43,7 @@ pub struct PlaceAndKind {
     pub hypothesis: Hypothesis,
     /// Amplitude in each row of the table, in the hypothesis' unit.
     pub amplitudes: Vec<f64>,
-    /// Its standard deviation.
+    /// Standard deviation of the amplitude in each row, in the hypothesis' unit.
     pub deviations: Vec<f64>,
     /// Whether every row may have its own.
     pub is_free: bool,
@@ -54,7 +54,7 @@ pub struct PlaceAndKind {
 /// A set of places and kinds.
 #[derive(Debug, Clone)]
 pub struct PlaceSet {
-    /// Its members; none of the machine as it is.
+    /// Places and kinds in the set; the machine as it is has none.
     pub members: Vec<PlaceAndKind>,
     /// Logarithm of the evidence over that of the machine as it is.
     pub lead: f64,

@@ -60,7 +60,7 @@ impl Rows {
     /// The rows under a disturbance of a size; `None` where a block is not positive, for lack of noise.
     pub fn new(errors: &Errors, disturbance: f64) -> Option<Self> {
         let ranges = ranges(&errors.row_of);
-        // What acts in one row alone belongs to its block.
+        // A column that acts in one row alone belongs to that row's block.
         let own_row = |column: &Vec<f64>| -> Option<Option<usize>> {
             let mut acting = column.iter().enumerate().filter(|(_, c)| **c != 0.0).map(|(i, _)| errors.row_of[i]);
             let first = acting.next()?;

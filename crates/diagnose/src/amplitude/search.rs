@@ -37,11 +37,11 @@ pub struct Candidate {
 /// One set of places and kinds, fitted.
 #[derive(Debug, Clone)]
 pub struct Fit {
-    /// Which candidates.
+    /// Candidates of the set, by their places in the list.
     pub members: Vec<usize>,
     /// How free each amplitude is.
     pub freedoms: Vec<Freedom>,
-    /// What the model has besides.
+    /// Spread of the numbers and disturbance beside the set.
     pub looseness: Looseness,
     /// Amplitude of each member in every row, in units of its scale.
     pub amplitudes: Vec<Vec<f64>>,
@@ -68,16 +68,16 @@ pub type Together<'a> = &'a (dyn Fn(&[(usize, f64)]) -> Option<Vec<f64>> + Sync)
 /// Change of the readings with the logarithm of each number of the machine (K) with one cause in force; `None` of what acts on readings.
 pub type NumbersWith<'a> = &'a (dyn Fn(usize, f64) -> Option<Vec<Vec<f64>>> + Sync);
 
-/// What is searched.
+/// A table with its candidates and the choices that are searched.
 pub struct Search<'a> {
     pub errors: &'a Errors,
     /// Readings less predictions of the machine as it is, K.
     pub residual: &'a [f64],
     pub candidates: &'a [Candidate],
     pub settings: &'a AmplitudeSettings,
-    /// What several causes do together.
+    /// Change of the readings with several causes at once.
     pub together: Together<'a>,
-    /// What one cause makes of the machine's numbers.
+    /// Columns of the machine's numbers beside one cause.
     pub numbers_with: NumbersWith<'a>,
     /// Functions of the rows that an amplitude may follow.
     pub profiles: Profiles,
@@ -103,7 +103,7 @@ impl<'a> Search<'a> {
         Self { errors, residual, candidates, settings, together, numbers_with, profiles, variables, rows }
     }
 
-    /// The same with the errors of a fit.
+    /// This search with the errors of a fit, in which amplitudes may follow curves.
     pub fn with_errors_of<'b>(&'b self, fit: &'b Fit) -> Search<'b> {
         let errors = fit.errors.as_deref().unwrap_or(self.errors);
         let changes = (self.together, self.numbers_with);
