@@ -5,30 +5,18 @@
 //! smaller one at a warm place. Readings far away do not tell which, and the machine with the path predicts them alike. Readings of the part
 //! itself differ: what looks like an error of its sensor may be the place of the hose.
 
-use rayon::prelude::*;
-
 use super::Cause;
 use super::effects::{Effect, Ground, Leak};
 use coldplate_base::error::Result;
 use coldplate_evidence::identify::conditions;
-use coldplate_evidence::measurement::{Data, whiten};
+use coldplate_evidence::measurement::Data;
 use coldplate_network::Load;
-use coldplate_solve::sensitivity::{DerivativeTarget, Derivatives};
 use coldplate_solve::study::Study;
-
-/// What is left of a covariance is nothing below this share of it.
-const NOTHING: f64 = 1e-3;
-/// Columns of a covariance at most.
-const MOST_COLUMNS: usize = 12;
 
 /// Paths that may be attached anywhere on the open faces of a part, in a steady table.
 pub(crate) struct Attached<'a> {
-    study: &'a Study,
-    data: &'a Data,
     /// Temperatures of all nodes at each distinct condition, K.
     fields: &'a [Vec<f64>],
-    /// Which of these each row has.
-    index: Vec<usize>,
     /// Temperature of the surroundings at each, K.
     surroundings: Vec<f64>,
     ground: Ground<'a>,
@@ -40,9 +28,9 @@ impl<'a> Attached<'a> {
     /// # Errors
     /// The machine's formulas have no value at a condition.
     pub fn new(study: &'a Study, data: &'a Data, fields: &'a [Vec<f64>]) -> Result<Self> {
-        let (distinct, index) = conditions(data);
+        let (distinct, _) = conditions(data);
         let surroundings = distinct.iter().map(|c| Ok(Load::at(&study.model.machine, c)?.chamber)).collect::<Result<_>>()?;
-        Ok(Self { study, data, fields, index, surroundings, ground: Ground::new(study) })
+        Ok(Self { fields, surroundings, ground: Ground::new(study) })
     }
 
     /// Writes into causes how far their size hangs on the place.
@@ -70,98 +58,5 @@ impl<'a> Attached<'a> {
         let nodes = || self.ground.joined(group).iter().map(|(n, share)| (field[*n as usize], *share));
         let mean = nodes().map(|(t, share)| t * share).sum::<f64>();
         (mean, nodes().map(|(t, share)| share * (t - mean).powi(2)).sum())
-    }
-
-    /// Rise of every sensor per watt put into each node, K/W, at the first condition: with the others they differ by what flows do to films,
-    /// far less than from node to node of a part.
-    ///
-    /// # Errors
-    /// A field cannot be solved.
-    pub fn rises(&self) -> Result<Vec<Vec<f64>>> {
-        let (distinct, _) = conditions(self.data);
-        let Some((first, field)) = distinct.first().zip(self.fields.first()) else { return Ok(Vec::new()) };
-        let at = Derivatives::at(self.study, first, field)?;
-        let rise = |s: &usize| -> Result<Vec<f64>> {
-            let gain = self.study.model.machine.sensors[*s].shows.gain;
-            Ok(at.adjoint(DerivativeTarget::Sensor(*s))?.field.into_iter().map(|rise| gain * rise).collect())
-        };
-        self.data.sensors.par_iter().map(rise).collect()
-    }
-
-    /// What the place changes in every reading: columns of unit variance for a path of 1 W/K, K per W/K; none of what has no place.
-    pub fn columns(&self, effect: Effect, rises: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        let at_surroundings = |c: usize| self.surroundings[c];
-        match effect {
-            Effect::Leak(Leak::Surroundings(group)) => self.of_end(group, at_surroundings, rises),
-            Effect::Leak(Leak::Link(a, b)) => {
-                let mut columns = self.of_end(a, |c| self.of_group(b, c).0, rises);
-                columns.extend(self.of_end(b, |c| self.of_group(a, c).0, rises));
-                columns
-            }
-            _ => Vec::new(),
-        }
-    }
-
-    /// The same of one end, whose other end is at a temperature (K) that the condition says.
-    fn of_end(&self, group: u32, other: impl Fn(usize) -> f64, rises: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        let others: Vec<f64> = (0..self.fields.len()).map(other).collect();
-        let places = whiten::places(self.data);
-        let nodes = self.ground.joined(group);
-        let of_node = |(node, _): &(u32, f64)| -> Vec<f64> {
-            let n = *node as usize;
-            let at = |(row, sensor): &(usize, usize)| {
-                let c = self.index[*row];
-                rises[*sensor][n] * (self.fields[c][n] - others[c])
-            };
-            places.iter().map(at).collect()
-        };
-        let mut all: Vec<Vec<f64>> = nodes.iter().map(of_node).collect();
-        for i in 0..places.len() {
-            let mean: f64 = all.iter().zip(nodes).map(|(column, (_, share))| share * column[i]).sum();
-            all.iter_mut().zip(nodes).for_each(|(column, (_, share))| column[i] = share.sqrt() * (column[i] - mean));
-        }
-        few(&all)
-    }
-}
-
-/// Columns whose products with themselves sum to nearly those of many: the covariance, factored from its largest variance on.
-fn few(all: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    let readings = all.first().map_or(0, Vec::len);
-    let mut left: Vec<f64> = (0..readings).map(|i| all.iter().map(|column| column[i] * column[i]).sum()).collect();
-    let enough = NOTHING * left.iter().sum::<f64>();
-    let mut found: Vec<Vec<f64>> = Vec::new();
-    while found.len() < MOST_COLUMNS && left.iter().sum::<f64>() > enough {
-        let Some(pivot) = (0..readings).max_by(|a, b| left[*a].total_cmp(&left[*b])) else { break };
-        let root = left[pivot].sqrt();
-        let entry = |i: usize| {
-            let whole: f64 = all.iter().map(|column| column[i] * column[pivot]).sum();
-            (whole - found.iter().map(|own| own[i] * own[pivot]).sum::<f64>()) / root
-        };
-        let own: Vec<f64> = (0..readings).map(entry).collect();
-        left.iter_mut().zip(&own).for_each(|(l, v)| *l = (*l - v * v).max(0.0));
-        found.push(own);
-    }
-    found
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Ten columns of rank two come to two, with the same products.
-    #[test]
-    fn few_columns_have_the_covariance_of_many() {
-        let of = |k: usize| -> Vec<f64> {
-            let (a, b) = ((k as f64).sin(), (1.7 * k as f64).cos());
-            (0..6).map(|i| a * (1.0 + i as f64) + b * (2.0 * i as f64).sin()).collect()
-        };
-        let all: Vec<Vec<f64>> = (0..10).map(of).collect();
-        let found = few(&all);
-        assert_eq!(found.len(), 2);
-        let product = |columns: &[Vec<f64>], i: usize, j: usize| columns.iter().map(|c| c[i] * c[j]).sum::<f64>();
-        for (i, j) in [(0, 0), (5, 5), (1, 4), (2, 3)] {
-            assert!((product(&found, i, j) - product(&all, i, j)).abs() < 1e-9 * product(&all, 5, 5), "{i} {j}");
-        }
-        assert!(few(&[vec![0.0; 3]]).is_empty() && few(&[]).is_empty());
     }
 }

@@ -1,93 +1,63 @@
-//! What the simulation gets wrong, the cause by name, the extended model, and what it gains.
+//! Errors of the simulation, their causes by name, the extended model, and its gain.
 //!
 //! ```text
-//! data, machine -> residual -> significant? -> catalogue (place x kind x law) -> screen -> pairs -> refit -> probabilities
-//!               -> the set that cannot be told apart -> next measurement, extended machine, gain on what was kept out
+//! data, machine -> places and kinds with free amplitudes -> evidence -> sets -> laws -> posterior
+//!               -> verdict, extended machine, gain on rows kept out, next measurement
 //! ```
 //!
-//! Everything is judged by the covariance of the residual: reading noise, each sensor's own error, the errors of every
-//! condition, and the discrepancy of any such model ([`Discrepancy`]). Numbers of the machine that the user calls uncertain
-//! join it with their priors. So no cause is named for what calibration may still move.
+//! A cause is a place and a kind. Its amplitude is free in every condition, so that all sensors together decide the place whatever law governs
+//! it ([`amplitude`]); the law follows from the amplitudes. Reading noise, each sensor's own error, the errors of every condition, a spread of
+//! all numbers of the machine file and a heat in every part are in every hypothesis, "nothing" included.
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 #![cfg_attr(not(test), warn(clippy::unwrap_used, clippy::panic))]
 
 mod amplitude;
+mod answer;
 mod attached;
-mod calibrated;
-mod choice;
 mod decide;
 mod effects;
-mod extension;
-mod faults;
-mod finalists;
-mod fits;
 mod follow;
 mod gain;
 mod history;
-mod inexact;
-mod joint;
-mod ladder;
+mod in_force;
 mod missing;
 mod next;
-mod numbers;
 mod overstated;
 mod predictor;
-mod probability;
-mod rarer;
-mod refine;
-mod rung;
-mod screen;
-mod shared;
 mod signature;
 mod stated;
-mod synonyms;
 mod view;
 mod when;
 
 use std::path::Path;
-
-use faults::by_catalogue;
 
 use coldplate_base::document::Document;
 use coldplate_base::error::Result;
 use coldplate_base::numbers::{TWO_SIDED_90, significant};
 use coldplate_base::progress::Progress;
 use coldplate_describe::machine::DescribedVariable;
-use coldplate_evidence::discrepancy;
-use coldplate_evidence::faulty_readings::{Cleared, Fault, cleared, kept, rest};
-use coldplate_evidence::identify::{Runs, chi_square_tail};
+use coldplate_evidence::faulty_readings::{Cleared, Fault, cleared, kept};
+use coldplate_evidence::identify::Runs;
 use coldplate_evidence::measurement::{Data, DividedData, MOST_READINGS, MeasurementUncertainty, VariableUncertainty, Whitener, thinned};
 use coldplate_explore::simulate::Start;
 use coldplate_solve::sensitivity::UncertainNumber;
 use coldplate_solve::study::{MachineParameter, Study};
 
-pub use amplitude::{AmplitudeSettings, PlaceAndKind, PlaceSet, Places, Way, places};
-pub use decide::{ALARM_CAUSE, ALARM_MISFIT, Certainty, Level, Verdict};
+pub use amplitude::{AmplitudeSettings, PlaceAndKind, Looseness, PlaceSet, Places, Way, places};
+pub use answer::{Rung, WhereLeft, diagnose};
+pub use decide::{Certainty, Level, Verdict};
 pub use effects::{Common, Contact, Flow, Heat, Leak, Material, Radiation, Sensor, Storage, User};
 pub use effects::{
     CommonFactor, Effect, Hypothesis, Law, LawForm, LawNumber, Scales, Shown, UserKind, hypotheses, sentence, under_rarer_laws,
 };
 pub use gain::{Gain, HeldOutReading};
-pub use ladder::{diagnose, settled};
 pub use missing::MissingHeat;
 pub use next::{Costs, Expected, ExtraSensor, Next, Trial, Worth};
 pub use predictor::{Extended, Predictor};
-pub use refine::{Fitted, fit};
-pub use rung::{Rung, WhereLeft};
-pub use screen::SIMULATIONS;
 pub use signature::Signatures;
 use when::Added;
-
-/// Chi-square above the best within which causes count as not refuted: 95 % for two parameters.
-pub const SET_95: f64 = 5.991_465;
-/// A misfit that is more probable than this is noise: it needs no further explanation.
-const NOISE: f64 = 0.01;
-/// Share of the readings of a table that may be wrong.
-const WRONG: f64 = 0.25;
-/// Explanations that are kept.
-const MOST_EXPLANATIONS: usize = 200;
 
 /// The discrepancy of any model of such a machine: standard deviations of factors that many effects share, and its own noise.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -135,8 +105,8 @@ pub struct Problem {
     pub costs: Costs,
     /// Faulty readings that were found in the data; see [`Problem::cleared`].
     pub faults: Vec<Fault>,
-    /// Whether readings of a table may be set aside that the catalogue alone can tell from a cause; see [`settled`].
-    pub may_set_aside: bool,
+    /// Constants that decide the answer.
+    pub settings: AmplitudeSettings,
     /// The noise that the residual shows over what is stated, where that is far too large; one everywhere else.
     noise_share: f64,
     /// The machine file as it was before [`Problem::timed`], and the variables that this added.
@@ -167,7 +137,7 @@ impl Problem {
             without: Vec::new(),
             costs: Costs::default(),
             faults: Vec::new(),
-            may_set_aside: false,
+            settings: AmplitudeSettings::default(),
             noise_share: 1.0,
             given: None,
             added: Vec::new(),
@@ -188,28 +158,14 @@ impl Problem {
         Self { uncertainty, noise_share: share, ..self.clone() }
     }
 
-    /// The same without faulty readings, which are named in [`Problem::faults`]. What stands out of a table by itself, and may be the
-    /// machine's, is judged by the catalogue.
+    /// The same without faulty readings, which are named in [`Problem::faults`].
     ///
     /// # Errors
     /// As [`cleared`].
     pub fn cleared(self) -> Result<Self> {
-        let found = cleared(&self.study, &self.data, &self.uncertainty, self.start)?;
-        let Cleared { data, faults, .. } = if found.suspects.is_empty() { found } else { by_catalogue::judged(&self, found)? };
+        let Cleared { data, faults, .. } = cleared(&self.study, &self.data, &self.uncertainty, self.start)?;
         let places = kept(&self.data, &faults);
-        Ok(Self { data, faults, places, may_set_aside: true, ..self })
-    }
-
-    /// The same without further faulty readings of its data, which are named by their places in the table that was cleared.
-    pub fn without(&self, faults: &[Fault]) -> Self {
-        let mut faults = faults.to_vec();
-        faults.iter_mut().for_each(|fault| fault.is_left_out = true);
-        let at = |r: usize| self.places.get(r).copied().unwrap_or(r);
-        let places = kept(&self.data, &faults).into_iter().map(at).collect();
-        let mut all = self.faults.clone();
-        all.extend(faults.iter().map(|fault| fault.moved(&self.places)));
-        all.sort_by_key(|fault| *fault.rows.start());
-        Self { data: rest(&self.data, &faults), faults: all, places, may_set_aside: false, ..self.clone() }
+        Ok(Self { data, faults, places, ..self })
     }
 
     /// This problem without readings that are held out ([`DividedData::held_out`]), and the data with them.
@@ -303,7 +259,7 @@ pub struct Misfit {
     pub freedom: usize,
     /// Probability of a chi-square this large from noise alone.
     pub probability: f64,
-    /// Probability that noise alone lets some cause of the catalogue explain as much as the best one does.
+    /// Posterior probability that no cause of the catalogue acts.
     pub look_elsewhere: f64,
 }
 
@@ -333,39 +289,23 @@ impl Cause {
         let (low, high) = (self.amplitude - half, self.amplitude + half);
         (if self.hypothesis.is_signed { low } else { low.max(0.0) }, high)
     }
-
-    /// Widens the deviation to at least another one, in the hypothesis' unit.
-    fn at_least(&mut self, deviation: f64) {
-        self.deviation = self.deviation.max(deviation);
-    }
 }
 
-/// An explanation: one cause, or two together.
+/// An explanation: causes under laws.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Explanation {
     /// Its causes.
     pub causes: Vec<Cause>,
     /// Its probability.
     pub probability: f64,
-    /// Misfit left, under its own discrepancy.
+    /// Misfit left, under the covariance beside it; not a number of those far behind.
     pub misfit: f64,
-    /// Minus twice the logarithm of its likelihood and of the prior of its discrepancy: what explanations are compared by.
-    pub deviance: f64,
-    /// The discrepancy that is left beside it.
-    pub level: discrepancy::DiscrepancySize,
-    /// Whether it was fitted through the full solver.
-    pub is_fitted: bool,
-    /// Other names of its causes, which predict the same at every condition.
-    pub synonyms: Vec<Synonym>,
-}
-
-/// A cause of an explanation under another name.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Synonym {
-    /// Which cause of the explanation.
+    /// What the model leaves open beside it.
+    pub level: Looseness,
+    /// Whether the machine file has words for it.
+    pub is_writable: bool,
+    /// Set of places that it is of, as an index into [`Places::sets`].
     pub of: usize,
-    /// What else it may be called.
-    pub cause: Cause,
 }
 
 /// Probabilities of what is no cause of the catalogue.
@@ -382,7 +322,7 @@ pub struct Others {
 pub struct Tried {
     /// In the catalogue of this machine.
     pub all: usize,
-    /// Large enough to show in these data.
+    /// Those large enough to show in these data, each fitted to the end.
     pub visible: usize,
 }
 
@@ -424,22 +364,16 @@ pub struct Diagnosis {
     pub missing: Vec<MissingHeat>,
     /// Lines of the machine file that make every rung true.
     pub sets: Option<Vec<(String, String)>>,
-    /// Whether causes would be named for certain were all numbers of the machine file exact; they are not beside numbers that are all off by
-    /// a few per cent.
-    pub is_open_by_numbers: bool,
-    /// The causes that the data carry, one after another, each with what it explains and what is left.
+    /// The machine that is written: its causes, their share of the misfit, and what is left. None where nothing is added.
     pub rungs: Vec<Rung>,
     /// The noise that was found over what is stated, where readings of a table show that it is far smaller; one everywhere else.
     pub noise_share: f64,
-    /// The discrepancy of the machine as it is.
-    pub unexplained: discrepancy::DiscrepancySize,
-    /// Whether the machine with the best explanation missed the very data by more than the machine as it is: it is not written.
-    pub misses: bool,
+    /// What the machine as it is leaves open.
+    pub unexplained: Looseness,
     /// Whether causes fit, but predict data kept out no better than the machine as it is.
     pub is_vetoed: bool,
-    /// Readings and rows of a table without which causes explain the rest to first order, rows counted in the problem's data; none where
-    /// causes explain all of it.
-    pub aside: Vec<Fault>,
+    /// Places and kinds by their amplitudes in every row, as sets with laws.
+    pub places: Places,
     /// The covariance that was used.
     pub whitener: Whitener,
     /// Of a table on the reduced model, the largest difference of the end result's predictions from those of full solves, K: of the
@@ -450,18 +384,6 @@ pub struct Diagnosis {
 }
 
 impl Diagnosis {
-    /// Whether what is left needs no further explanation, but for a usual discrepancy.
-    fn leaves_noise(&self, is_log: bool) -> bool {
-        match self.verdict {
-            Verdict::Consistent => true,
-            Verdict::SomethingElse => false,
-            Verdict::Explained | Verdict::CannotTell => self.explanations.first().is_some_and(|best| {
-                let freedom = self.misfit.freedom.saturating_sub(best.causes.len());
-                best.level.is_usual(is_log) && freedom > 0 && chi_square_tail(best.misfit, freedom) > NOISE
-            }),
-        }
-    }
-
     /// Whether the only rung has no cause: numbers of the file as the readings draw them, which predict data kept out better for certain.
     pub fn is_calibrated(&self) -> bool {
         self.rungs.first().is_some_and(|rung| rung.causes.is_empty())

@@ -1,19 +1,14 @@
-//! Where heat is missing or in excess: what every part alone would have to give or take.
-//! Of the laws such heat can follow, each part has the one that fits best.
+//! Where heat is missing or in excess: the heat that every part alone would have to give or take, alike at all conditions.
 
-use super::effects::{Effect, Heat, Hypothesis, Law};
-use super::screen::Screened;
+use super::amplitude::{Beside, Looseness, Rows};
+use super::effects::{Effect, Heat};
 
 /// Heat into one part that fits the residual best.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MissingHeat {
     /// The part.
     pub part: String,
-    /// How it depends on the condition.
-    pub law: Law,
-    /// In words.
-    pub law_words: String,
-    /// Best heat, W, where the law is one (at the highest speed); negative where the model has too much.
+    /// Best heat, W; negative where the model has too much.
     pub watts: f64,
     /// Its standard deviation, W.
     pub deviation: f64,
@@ -21,26 +16,21 @@ pub struct MissingHeat {
     pub explained: f64,
 }
 
-/// Every part that could show in the data, what takes away most misfit first.
-pub(super) fn missing(screened: &Screened, catalogue: &[Hypothesis]) -> Vec<MissingHeat> {
-    let of = |(j, h): (usize, &usize)| {
-        let hypothesis = &catalogue[*h];
-        if !matches!(hypothesis.effect, Effect::Heat(Heat::Into(_))) {
+/// Every part that could show in the data beside a model that leaves something open; the heat that takes away most misfit first.
+pub(super) fn missing(beside: &Beside<'_>, looseness: Looseness) -> Vec<MissingHeat> {
+    let Some(rows) = Rows::new(&beside.errors, looseness.disturbance) else { return Vec::new() };
+    let metric = rows.metric(looseness.spread);
+    let residual = metric.whitened(&beside.base.found.residual);
+    let of = |(h, column): (&super::Hypothesis, &Vec<f64>)| {
+        let whitened = metric.whitened(column);
+        let square = whitened.norm_squared();
+        if !matches!(h.effect, Effect::Heat(Heat::Into(_))) || square <= 0.0 {
             return None;
         }
-        let (amplitude, explained) = screened.single(j);
-        Some(MissingHeat {
-            part: hypothesis.place.clone(),
-            law: hypothesis.law,
-            law_words: hypothesis.law_words(),
-            watts: amplitude * hypothesis.scale,
-            deviation: hypothesis.scale / screened.square(j).sqrt(),
-            explained,
-        })
+        let watts = whitened.dot(&residual) / square;
+        Some(MissingHeat { part: h.place.clone(), watts, deviation: square.sqrt().recip(), explained: watts * watts * square })
     };
-    let mut found: Vec<MissingHeat> = screened.visible.iter().enumerate().filter_map(of).collect();
+    let mut found: Vec<MissingHeat> = beside.catalogue.iter().zip(&beside.base.found.columns).filter_map(of).collect();
     found.sort_by(|a, b| b.explained.total_cmp(&a.explained));
-    let mut seen = std::collections::HashSet::new();
-    found.retain(|m| seen.insert(m.part.clone()));
     found
 }

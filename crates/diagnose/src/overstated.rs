@@ -4,7 +4,6 @@
 //! as it is may be wrong, and whatever is wrong adds to the misfit: the noise that is learnt is no smaller than it is.
 
 use super::Problem;
-use super::decide::ALARM_MISFIT;
 use super::view::Comparison;
 use coldplate_evidence::discrepancy::DiscrepancySize;
 use coldplate_evidence::identify::chi_square_tail;
@@ -31,7 +30,7 @@ pub fn share(problem: &Problem, view: &Comparison, residual: &[f64], causes: usi
         let misfit = whitener.apply(residual).iter().map(|v| v * v).sum::<f64>();
         (misfit, misfit + whitener.log_determinant())
     };
-    if 1.0 - chi_square_tail(at(1.0).0, residual.len() - causes) >= ALARM_MISFIT {
+    if 1.0 - chi_square_tail(at(1.0).0, residual.len() - causes) >= problem.settings.alarm {
         return None;
     }
     let mut all_of_it = 1.0;

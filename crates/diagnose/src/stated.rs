@@ -35,15 +35,6 @@ impl Stated {
         matches!(h.effect, Effect::Heat(Heat::Source(source)) if self.heats.iter().any(|own| own.source == source))
     }
 
-    /// The factors on measured heats among a catalogue, each with the standard deviation that is stated of its column.
-    pub fn measured<'a>(&'a self, catalogue: &'a [Hypothesis]) -> impl Iterator<Item = Hypothesis> + 'a {
-        let factor = |own: &MeasuredHeat| {
-            let found = catalogue.iter().find(|h| is_factor(h, own));
-            found.map(|h| h.clone().inexact_by(own.deviation))
-        };
-        self.heats.iter().filter_map(factor)
-    }
-
     /// Slopes along the conditions (K per SI unit) without those along columns that are heats, and the errors of these columns, one
     /// column each of unit variance, K. A share of a heat that changes through a log acts as a factor on the heat does; `signatures` has
     /// the change of the readings with each hypothesis of the catalogue, K per unit.

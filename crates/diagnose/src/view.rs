@@ -1,12 +1,8 @@
 //! The data beside one machine: predictions, their change on a finer mesh, and the covariance of the residual.
 
-use std::collections::HashSet;
-use std::sync::Arc;
-
 use rayon::prelude::*;
 
-use super::effects::{CommonFactor, Hypothesis, Scales, hypotheses};
-use super::screen::Screened;
+use super::effects::{CommonFactor, Hypothesis, Scales};
 use super::signature::{self, Signatures};
 use super::stated::Stated;
 use super::{Discrepancy, Problem, UncertainNumber, signatures};
@@ -14,11 +10,9 @@ use coldplate_base::error::Result;
 use coldplate_base::numbers::root_mean_square;
 use coldplate_evidence::discrepancy::{DiscrepancySize, ErrorParts};
 use coldplate_evidence::identify::{self, MeshShare, Prediction};
-use coldplate_evidence::measurement::{Data, Whitener, whiten};
+use coldplate_evidence::measurement::{Whitener, whiten};
 use coldplate_solve::study::{MachineParameter, Study};
 
-/// Signatures that are whitened as one matrix.
-const TOGETHER: usize = 128;
 /// What the mesh may leave open in the readings of a table, over their noise: more would hide what they show.
 const MESH_BESIDE_NOISE: f64 = 0.5;
 /// Temperatures on finer meshes are found to this share of that, and to no better and no worse than these, K.
@@ -40,17 +34,10 @@ pub(crate) struct Comparison {
     pub factors: Vec<Vec<f64>>,
     /// Causes that are a number of the file, with the amplitude of a change of it by a factor e, in the order of the covariance.
     pub numbers: Vec<(Hypothesis, f64)>,
-    /// The discrepancy beside what is stated.
-    pub level: DiscrepancySize,
-    /// Logarithm of the determinant of the covariance without it, K².
-    pub without: f64,
     /// The whitening.
     pub whitener: Whitener,
     /// Readings less the mesh's share, K: they compare with predictions on the model's own mesh.
     pub readings: Vec<f64>,
-    /// What finer meshes say, and what the common factors change beside their slopes, K: those of machines much like it are near.
-    finer: Arc<MeshShare>,
-    bends: Arc<Vec<Vec<f64>>>,
 }
 
 impl Comparison {
@@ -59,26 +46,19 @@ impl Comparison {
     /// # Errors
     /// The machine cannot be solved at the data's conditions.
     pub fn of(problem: &Problem, study: &Study, catalogue: &[Hypothesis], scales: &Scales) -> Result<Self> {
-        Self::beside(problem, study, catalogue, scales, None)
-    }
-
-    /// The same of a machine much like one that is known.
-    fn beside(problem: &Problem, study: &Study, catalogue: &[Hypothesis], scales: &Scales, known: Option<&Self>) -> Result<Self> {
         let uncertain = problem.uncertain.iter().map(|u| study.parameter(&u.parameter.name)).collect::<Result<Vec<MachineParameter>>>()?;
         let (data, is_log) = (&problem.data, problem.data.is_transient());
-        let near = known.map(|known| known.found.fields.as_slice());
         let mut found = if is_log {
             signatures(study, data, problem.runs(), &uncertain, catalogue, scales, &problem.user)?
         } else {
-            signature::steady(study, data, &uncertain, catalogue, (scales, &problem.user), near)?
+            signature::steady(study, data, &uncertain, catalogue, (scales, &problem.user), None)?
         };
         let enough = MESH_BESIDE_NOISE * root_mean_square(&whiten::deviations(data, &problem.uncertainty));
         let within = (ON_MESHES * enough).clamp(ON_MESHES_WITHIN.0, ON_MESHES_WITHIN.1);
         let on_finer = |finer: &Study, near: &[Vec<f64>]| identify::steady_within(finer, data, near, within);
-        let finer = match (is_log, known) {
-            (true, _) => MeshShare::of_logs(study, data, problem.start, MESH_TOLERANCE)?,
-            (false, None) => MeshShare::of(study, data, &found.prediction.values, enough, on_finer)?,
-            (false, Some(known)) => known.finer.beside(study, data, &found.prediction.values, enough, on_finer)?,
+        let finer = match is_log {
+            true => MeshShare::of_logs(study, data, problem.start, MESH_TOLERANCE)?,
+            false => MeshShare::of(study, data, &found.prediction.values, enough, on_finer)?,
         };
         let mesh = finer.correction.clone();
         found.residual.iter_mut().zip(&mesh).for_each(|(r, m)| *r -= m);
@@ -89,71 +69,20 @@ impl Comparison {
         let mut errors = error_parts(problem, study, &stated, &found.prediction, catalogue, (&found.columns, &numbers));
         errors.extend(factors.iter().cloned());
         errors.extend(finer.scatter.iter().cloned());
-        let bends = match (is_log, known) {
-            (true, _) => Arc::default(),
-            (false, None) => Arc::new(bends(problem, study, &stated, catalogue, scales, &found)),
-            (false, Some(known)) => known.bends.clone(),
-        };
-        errors.extend(bends.iter().cloned());
+        if !is_log {
+            errors.extend(bends(problem, study, &stated, catalogue, scales, &found));
+        }
         let all: Vec<usize> = (0..mesh.len()).collect();
         let readings = whiten::readings(&problem.data).iter().zip(&mesh).map(|(r, m)| r - m).collect();
-        let level = DiscrepancySize::NONE;
         let numbers = catalogue.iter().zip(numbers).filter_map(|(h, unit)| Some((h.clone(), unit?))).collect();
-        let whitener = errors.whitener(&level, &all);
-        let (without, finer) = (whitener.log_determinant(), Arc::new(finer));
-        Ok(Self { without, whitener, level, found, mesh, errors, factors, readings, numbers, finer, bends })
-    }
-
-    /// The same with another discrepancy.
-    pub fn at(&self, level: DiscrepancySize) -> Self {
-        let all: Vec<usize> = (0..self.readings.len()).collect();
-        Self { whitener: self.errors.whitener(&level, &all), level, ..self.clone() }
+        let whitener = errors.whitener(&DiscrepancySize::NONE, &all);
+        Ok(Self { whitener, found, mesh, errors, factors, readings, numbers })
     }
 
     /// What predictions leave of the readings, K.
     pub fn left(&self, values: &[f64]) -> Vec<f64> {
         self.readings.iter().zip(values).map(|(r, v)| r - v).collect()
     }
-
-    /// The same of the residual of the machine as it is at another level.
-    pub fn ground(&self, level: &DiscrepancySize) -> f64 {
-        let all: Vec<usize> = (0..self.readings.len()).collect();
-        let whitener = self.errors.whitener(level, &all);
-        whitener.apply(&self.found.residual).iter().map(|v| v * v).sum::<f64>() + whitener.log_determinant() - self.without + level.price()
-    }
-
-    /// Minus twice the logarithm of likelihood and prior of a residual (K) at this level.
-    pub fn deviance(&self, residual: &[f64]) -> f64 {
-        let whitened = self.whitener.apply(residual);
-        whitened.iter().map(|v| v * v).sum::<f64>() + self.whitener.log_determinant() - self.without + self.level.price()
-    }
-
-    /// Of a machine in which a cause is in force, without signatures of others: with the cause, errors and the mesh's share act differently
-    /// too. It is much like this one.
-    ///
-    /// # Errors
-    /// As [`Comparison::of`].
-    pub fn about(&self, problem: &Problem, study: &Study, catalogue: &[Hypothesis], scales: &Scales) -> Result<Self> {
-        let own: HashSet<(&str, &str)> = catalogue.iter().map(|h| (h.kind(), h.place.as_str())).collect();
-        let mut common = hypotheses(study, &problem.data, &problem.user);
-        let network = &study.model.network;
-        let counts = |h: &Hypothesis| {
-            h.common_factor().is_some() || h.discrepancy(network, &problem.discrepancy).is_some() || h.of_a_number(network).is_some()
-        };
-        common.retain(|h| counts(h) && own.contains(&(h.kind(), h.place.as_str())));
-        Self::beside(problem, study, &common, scales, Some(self))
-    }
-
-    /// The screen: signatures beside the residual.
-    pub fn screen(&self, catalogue: &[Hypothesis], data: &Data) -> Screened {
-        let (residual, columns, places) = (&self.found.residual, &self.found.columns, &whiten::places(data));
-        ScreenInput { residual, columns, whitener: &self.whitener, catalogue, places }.screen()
-    }
-}
-
-/// Sum of the squared residuals of predictions (K), K².
-pub(super) fn square(predicted: &[f64], problem: &Problem) -> f64 {
-    whiten::readings(&problem.data).iter().zip(predicted).map(|(r, p)| (r - p).powi(2)).sum()
 }
 
 /// Exchanged readings take what a finer mesh changes at each other's place.
@@ -162,59 +91,6 @@ pub(crate) fn add_mesh_share(catalogue: &[Hypothesis], columns: &mut [Vec<f64>],
         let Some(from) = h.relabelled(places) else { continue };
         column.iter_mut().zip(from).enumerate().for_each(|(i, (c, other))| *c += mesh[other] - mesh[i]);
     }
-}
-
-/// Input of a screen: the residual, K; the signature of every hypothesis, K per unit; the whitening; row and sensor of every reading.
-pub(crate) struct ScreenInput<'a> {
-    /// K
-    pub residual: &'a [f64],
-    /// One per hypothesis.
-    pub columns: &'a [Vec<f64>],
-    /// The whitening of these readings.
-    pub whitener: &'a Whitener,
-    /// All hypotheses.
-    pub catalogue: &'a [Hypothesis],
-    /// Row and sensor.
-    pub places: &'a [(usize, usize)],
-}
-
-impl ScreenInput<'_> {
-    /// The screen of all that shows.
-    pub fn screen(&self) -> Screened {
-        let signatures = scaled(self.columns, self.whitener, self.catalogue);
-        self.of_visible(Screened::visible(&signatures), &signatures)
-    }
-
-    /// The screen of given hypotheses.
-    pub(crate) fn screen_of(&self, visible: &[usize]) -> Screened {
-        self.of_visible(visible.to_vec(), &scaled(self.columns, self.whitener, self.catalogue))
-    }
-
-    fn of_visible(&self, visible: Vec<usize>, signatures: &[Vec<f64>]) -> Screened {
-        // Exchanged sensors: what is left when the readings change places. Whatever else acts, acts on that.
-        let relabelled = |h: &usize| {
-            let from = self.catalogue[*h].relabelled(self.places)?;
-            let left = from.iter().zip(&self.columns[*h]).map(|(other, moved)| self.residual[*other] + moved);
-            Some(self.whitener.apply(&left.collect::<Vec<_>>()))
-        };
-        let relabelled: Vec<Option<Vec<f64>>> = visible.par_iter().map(relabelled).collect();
-        let signed: Vec<bool> = visible.iter().map(|h| self.catalogue[*h].is_signed).collect();
-        let most: Vec<f64> = visible.iter().map(|h| self.catalogue[*h].most / self.catalogue[*h].scale).collect();
-        let chosen_from = visible.iter().map(|h| self.catalogue[*h].number.as_ref().map_or(1.0, |number| 1.0 / number.share)).collect();
-        let is_rare = visible.iter().map(|h| self.catalogue[*h].is_rare()).collect();
-        let has_tails = visible.iter().map(|h| self.catalogue[*h].has_tails()).collect();
-        let screened = Screened::new(visible, self.whitener.apply(self.residual), signatures, (signed, most), relabelled);
-        screened.with_rare(is_rare, chosen_from).with_tails(has_tails)
-    }
-}
-
-fn scaled(columns: &[Vec<f64>], whitener: &Whitener, catalogue: &[Hypothesis]) -> Vec<Vec<f64>> {
-    let of = |(column, h): (&Vec<f64>, &Hypothesis)| column.iter().map(|c| c * h.scale).collect::<Vec<_>>();
-    let together = |(columns, catalogue): (&[Vec<f64>], &[Hypothesis])| -> Vec<Vec<f64>> {
-        let whitened = whitener.apply_all(&columns.iter().zip(catalogue).map(of).collect::<Vec<_>>());
-        whitened.column_iter().map(|column| column.iter().copied().collect()).collect()
-    };
-    columns.par_chunks(TOGETHER).zip(catalogue.par_chunks(TOGETHER)).flat_map(together).collect()
 }
 
 /// What the common factors of films, heats and emissivities change beside their slopes: far from the water a bearing that only radiates

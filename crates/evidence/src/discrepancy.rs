@@ -204,6 +204,11 @@ impl ErrorParts {
         self.stated.iter().chain(&self.uncertain).cloned().collect()
     }
 
+    /// Change of each reading with one standard deviation of each number called uncertain, and behind these of each measured heat, K.
+    pub fn uncertain(&self) -> &[Vec<f64>] {
+        &self.uncertain
+    }
+
     /// Change of each reading with the natural logarithm of each number of the file, K.
     pub fn numbers(&self) -> &[Vec<f64>] {
         &self.numbers

@@ -75,7 +75,7 @@ impl ExtendedMachine {
         }
         let document = problem.document(sets)?;
         // The model error is now the error on data kept out, if there were any.
-        let left = found.rungs.last().map_or(0.0, |rung| rung.left.wandering);
+        let left = found.rungs.last().map_or(0.0, |rung| rung.rms);
         let deviation = found.gain.as_ref().map_or(left, |gain| gain.after).max(problem.discrepancy.model);
         let has = |v: &DescribedVariable| problem.states(&v.name) || matches!(document.leaf(&format!("variables.{}", v.name)), Ok(Some(_)));
         let error = model_error_line(&problem.study.model.machine, &problem.data, deviation, has)?;

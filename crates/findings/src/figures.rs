@@ -1,10 +1,10 @@
 //! Figures of a diagnosis, from its numbers.
 
-use super::{Findings, capital, ladder, own_words};
+use super::{Findings, capital, ladder, words};
 use coldplate_base::numbers::{TWO_SIDED_90, TWO_SIDED_95};
 use coldplate_base::units::express;
 use coldplate_describe::machine::Condition;
-use coldplate_diagnose::{HeldOutReading, Law, Problem, Verdict};
+use coldplate_diagnose::{HeldOutReading, Problem, Verdict};
 use coldplate_evidence::measurement::{Data, whiten};
 use coldplate_figures::chart::balance::{BalanceFigure, HeatPair};
 use coldplate_figures::chart::before_after::BeforeAfter;
@@ -180,7 +180,7 @@ pub(super) fn ranking(found: &Findings<'_>) -> RankingFigure {
         .ranked(BARS)
         .filter(|(i, e)| *i < 3 || e.probability > 5e-3)
         .map(|(i, e)| Ranked {
-            name: own_words(e),
+            name: words(e),
             probability: e.probability,
             standing: if diagnosis.set.contains(&i) { Standing::Open } else { Standing::Refuted },
         })
@@ -203,15 +203,7 @@ pub(super) fn missing(found: &Findings<'_>) -> Option<IntervalFigure> {
         value: m.watts,
         ends: (m.watts - TWO_SIDED_90 * m.deviation, m.watts + TWO_SIDED_90 * m.deviation),
         remark: {
-            let law: &str = match m.law {
-                Law::Constant => "constant",
-                Law::Speed => "with speed",
-                Law::SpeedSquared => "with speed²",
-                Law::InverseFlow => "with 1/flow",
-                Law::Temperature => "with temperature",
-                Law::Of(..) => &m.law_words,
-            };
-            format!("−{:.1} of {:.1}, {law}", m.explained, diagnosis.misfit.chi2)
+            format!("−{:.1} of {:.1}", m.explained, diagnosis.misfit.chi2)
         },
         is_strong: m.explained > NOT_BY_CHANCE,
     };
@@ -223,8 +215,8 @@ pub(super) fn missing(found: &Findings<'_>) -> Option<IntervalFigure> {
         remarks: "misfit it takes away".into(),
         meaning: ["not by chance at this place".into(), "may be chance".into()],
         notes: vec![
-            "Heat into one part at a time, by the law that fits best (at the highest speed), with its 90 % interval; negative: the model has too \
-             much there. Only one of these can be the cause: what takes away most misfit points to the place."
+            "Heat into one part at a time, alike at all conditions, with its 90 % interval; negative: the model has too much there. \
+             Only one of these can be the cause: what takes away most misfit points to the place."
                 .into(),
         ],
     })
@@ -296,8 +288,7 @@ pub(super) fn gains(found: &Findings<'_>) -> Option<GainsFigure> {
         steps,
         noise_floor: first.gain.as_ref().map_or(f64::NAN, |gain| gain.noise_floor),
         notes: vec![
-            "Each step has the causes of those above it. Data kept out took no part in finding the cause that predicts them. Explained: of the \
-             squared residual of the machine as it is."
+            "Conditions kept out took no part in fitting what predicts them. Explained: of the squared residual of the machine as it is."
                 .into(),
         ],
     })
@@ -320,7 +311,7 @@ pub(super) fn gain(found: &Findings<'_>) -> Option<BeforeAfter> {
         title: if diagnosis.verdict == Verdict::Consistent {
             "Predictions of conditions kept out".into()
         } else {
-            "What is gained on conditions kept out of the search".into()
+            "What is gained on conditions kept out of the fit".into()
         },
         quantity: Quantity::new("temperature", "degC"),
         readings: all.map(|(((r, p), held), k)| [*r, *p, p + held.change].map(|reading| data.shown(machine, k, reading))).collect(),
@@ -331,9 +322,9 @@ pub(super) fn gain(found: &Findings<'_>) -> Option<BeforeAfter> {
             if diagnosis.is_calibrated() {
                 "with the numbers that the other conditions draw".into()
             } else {
-                "with the cause that the other conditions point to".into()
+                "with the causes as the other conditions have them".into()
             },
         ],
-        notes: vec!["Each condition is predicted by a search without it, from the screen to the amplitude.".into()],
+        notes: vec!["Each condition is predicted by amplitudes that were fitted without it; the causes were chosen with all of them.".into()],
     })
 }

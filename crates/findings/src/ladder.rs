@@ -8,10 +8,8 @@ pub const NUMBERS: &str = "numbers of the machine file as the readings draw them
 
 /// Causes of a rung and its share of the misfit, in words.
 pub fn words(rung: &Rung) -> String {
-    let alone = match rung.alone[..] {
-        [first, second] => format!(" (by the first alone {:.0} %, by the second alone {:.0} %)", 100.0 * first, 100.0 * second),
-        _ => String::new(),
-    };
+    let each: Vec<String> = rung.alone.iter().map(|share| format!("{:.0} %", 100.0 * share)).collect();
+    let alone = if each.is_empty() { String::new() } else { format!(" (by each alone {})", each.join(", ")) };
     format!("{}. {:.0} % of the squared misfit is explained{alone}", causes(rung), 100.0 * rung.share)
 }
 
@@ -35,15 +33,15 @@ fn in_words(number: &Cause) -> String {
     format!("{}{pulled}", sentence(number))
 }
 
-/// Residual that a rung leaves, and the sensor with most of it, in words; for logs or for steady readings.
-pub fn left(rung: &Rung, is_log: bool) -> String {
+/// Residual that a rung leaves, and the sensor with most of it, in words.
+pub fn left(rung: &Rung) -> String {
     let place = match &rung.where_left {
         Some(WhereLeft { sensor, share }) => format!(", {:.0} % of its square at {sensor}", 100.0 * share),
         None => String::new(),
     };
-    let learnt = match rung.left.in_words(is_log) {
+    let learnt = match rung.left.in_words() {
         words if words.is_empty() => "what the stated uncertainty explains".into(),
-        words => format!("learnt: {words}"),
+        words => format!("left open: {words}"),
     };
     format!("left: {:.3} K{place}; {learnt}", rung.rms)
 }

@@ -20,7 +20,6 @@ pub mod record;
 pub mod refit;
 mod report;
 
-use std::borrow::Cow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
@@ -28,8 +27,7 @@ use coldplate_base::atomic_file;
 use coldplate_base::error::{Result, panic_text};
 use coldplate_base::numbers::significant;
 use coldplate_base::progress::Progress;
-use coldplate_diagnose::{Cause, Certainty, Diagnosis, Effect, Explanation, Problem, Verdict, sentence};
-use coldplate_evidence::discrepancy::DiscrepancySize;
+use coldplate_diagnose::{Certainty, Diagnosis, Explanation, Looseness, Problem, Verdict, sentence};
 use coldplate_evidence::identify;
 use coldplate_evidence::measurement::DividedData;
 use coldplate_evidence::record::HeldOut;
@@ -40,12 +38,15 @@ use extended::ExtendedMachine;
 pub use next::{in_words as next_test_in_words, worth_in_words};
 use refit::Refitted;
 
+/// Other explanations that are told in a sentence, a count. Chosen: more are no sentence.
+const TOLD: usize = 3;
+
 /// Results of a diagnosis.
 #[derive(Debug)]
 #[non_exhaustive]
 pub struct Findings<'a> {
-    /// The problem, without the readings that were set aside.
-    pub problem: Cow<'a, Problem>,
+    /// The problem.
+    pub problem: &'a Problem,
     /// Causes with their probabilities, and the gain.
     pub diagnosis: Diagnosis,
     /// The machine file with the best explanation in it, if one can be written.
@@ -63,19 +64,19 @@ pub struct Findings<'a> {
 /// that fails leaves the diagnosis as it is and is named in [`Findings::failed`].
 ///
 /// # Errors
-/// Errors of [`coldplate_diagnose::settled`].
+/// Errors of [`coldplate_diagnose::diagnose`].
 pub fn examine<'a>(
     problem: &'a Problem,
     extended: impl AsRef<Path>,
     surrogate: Option<&Path>,
     progress: &dyn Progress,
 ) -> Result<Findings<'a>> {
-    let (problem, diagnosis) = coldplate_diagnose::settled(problem, progress)?;
+    let diagnosis = coldplate_diagnose::diagnose(problem, progress)?;
     let mut failed = Vec::new();
-    let extended = kept("the extended machine", &mut failed, || ExtendedMachine::of(&problem, &diagnosis, extended.as_ref())).flatten();
+    let extended = kept("the extended machine", &mut failed, || ExtendedMachine::of(problem, &diagnosis, extended.as_ref())).flatten();
     progress.say("heat balances");
-    let energy = kept("heat balances", &mut failed, || EnergyBalances::of(&problem, &diagnosis, extended.is_some())).unwrap_or_default();
-    let fit = |path| kept("the surrogate", &mut failed, || Refitted::of(&problem, extended.as_ref(), path, progress));
+    let energy = kept("heat balances", &mut failed, || EnergyBalances::of(problem, &diagnosis, extended.is_some())).unwrap_or_default();
+    let fit = |path| kept("the surrogate", &mut failed, || Refitted::of(problem, extended.as_ref(), path, progress));
     let refitted = surrogate.and_then(fit);
     Ok(Findings { problem, diagnosis, extended, energy, refitted, failed })
 }
@@ -167,14 +168,15 @@ impl Findings<'_> {
     fn verdict_in_words(&self) -> String {
         let found = &self.diagnosis;
         match found.verdict {
-            Verdict::Consistent if found.unexplained != DiscrepancySize::NONE => format!(
-                "The readings do not contradict the machine: they differ from it by more than the stated errors (probability {:.3}), but no more than models of such machines and days do ({}).",
-                found.misfit.probability.min(found.misfit.look_elsewhere),
-                found.unexplained.in_words(self.problem.data.is_transient())
+            Verdict::Consistent if found.unexplained != Looseness::default() => format!(
+                "The readings do not contradict the machine: no cause has probability {}, beside what models of such machines leave open ({}).",
+                probability(found.others.nothing),
+                found.unexplained.in_words()
             ),
             Verdict::Consistent => format!(
-                "The readings do not contradict the machine: a misfit this large or larger has probability {:.2}, a cause this convincing {:.2}.",
-                found.misfit.probability, found.misfit.look_elsewhere
+                "The readings do not contradict the machine: no cause has probability {}, and a misfit this large or larger {:.2}.",
+                probability(found.others.nothing),
+                found.misfit.probability
             ),
             Verdict::Explained => {
                 let what = found.explanations.first().map(words).unwrap_or_default();
@@ -204,17 +206,46 @@ impl Findings<'_> {
                     1 => "1 explanation fits, but not for certain".to_string(),
                     _ => format!("{n} explanations fit alike: the data cannot tell which it is"),
                 };
-                let is_path = |e: &Explanation| e.causes.iter().any(|c| matches!(c.hypothesis.effect, Effect::Leak(_)));
-                let numbers = match (found.is_open_by_numbers, found.explanations.first().is_some_and(is_path)) {
-                    (true, true) => {
-                        "; another place of the path, or numbers of the machine file that are all a little off, would do as well"
-                    }
-                    (true, false) => "; numbers of the machine file that are all a little off would do as well",
-                    (false, _) => "",
-                };
-                format!("Something is wrong; {certain}, and {fit}{numbers}.")
+                format!("Something is wrong; {certain}, and {fit}.")
             }
         }
+    }
+
+    /// How much of the misfit the machine with the best explanation takes, and what that means in kelvin on conditions that took no part; empty
+    /// where nothing is added to the machine.
+    pub fn gain_in_words(&self) -> Option<String> {
+        let rung = self.diagnosis.rungs.first()?;
+        let share = format!("{} % of the squared misfit", significant(100.0 * rung.share, 3));
+        Some(match &self.diagnosis.gain {
+            Some(gain) => format!(
+                "It takes {share}; on conditions kept out the error falls from {} to {} K, where readings alone are uncertain by {} K.",
+                significant(gain.before, 3),
+                significant(gain.after, 3),
+                significant(gain.noise_floor, 2)
+            ),
+            None => format!("It takes {share}; there are too few conditions to keep some out."),
+        })
+    }
+
+    /// What else it could be: the other explanations of the set by kind and place, or the other laws; `None` where there is none.
+    pub fn otherwise_in_words(&self) -> Option<String> {
+        let first = self.diagnosis.explanations.first().filter(|_| self.diagnosis.verdict.names_causes())?;
+        let mut others: Vec<(String, f64)> = Vec::new();
+        for e in self.open().into_iter().filter(|e| name(e) != name(first)) {
+            match others.iter_mut().find(|(known, _)| *known == name(e)) {
+                Some((_, p)) => *p += e.probability,
+                None => others.push((name(e), e.probability)),
+            }
+        }
+        if !others.is_empty() {
+            let told = others.iter().take(TOLD).map(|(name, p)| format!("{name} ({})", probability(*p)));
+            let more = if others.len() > TOLD { format!(", and {} more", others.len() - TOLD) } else { String::new() };
+            return Some(format!("It could also be {}{more}.", told.collect::<Vec<_>>().join(", or ")));
+        }
+        let laws = |e: &Explanation| e.causes.iter().map(|c| c.hypothesis.law_words()).collect::<Vec<_>>().join("; ");
+        let own = self.open().into_iter().filter(|e| *e != first).take(TOLD);
+        let told: Vec<String> = own.map(|e| format!("{} ({})", laws(e), probability(e.probability))).collect();
+        (!told.is_empty()).then(|| format!("Its law could also be: {}.", told.join(", or ")))
     }
 
     /// Why no extended machine was written.
@@ -222,7 +253,6 @@ impl Findings<'_> {
         match self.diagnosis.verdict {
             Verdict::Consistent => "nothing is wrong, and no other numbers are certain to predict conditions kept out better",
             Verdict::SomethingElse => "no cause explains the readings, so there is nothing to extend the machine by",
-            _ if self.diagnosis.misses => "the machine with the cause that fits best misses the readings by more than the machine as it is",
             _ if self.diagnosis.is_vetoed => "no cause predicts data kept out better than the machine as it is",
             Verdict::CannotTell if self.diagnosis.gain.as_ref().is_some_and(|gain| gain.low <= 0.0) => {
                 "the cause is not certain, nor is its gain on data kept out"
@@ -237,24 +267,9 @@ pub fn probability(p: f64) -> String {
     if p > 0.994 { "above 0.99".into() } else { format!("{p:.2}") }
 }
 
-/// An explanation in words, with the other names of its causes.
-pub fn words(explanation: &Explanation) -> String {
-    let of = |(k, cause): (usize, &Cause)| {
-        let others: Vec<String> = other_names(explanation, k).collect();
-        let own = sentence(cause);
-        if others.is_empty() { own } else { format!("{own} (the same by another name: {})", others.join("; or ")) }
-    };
-    explanation.causes.iter().enumerate().map(of).collect::<Vec<_>>().join("; and ")
-}
-
 /// An explanation in words.
-pub(crate) fn own_words(explanation: &Explanation) -> String {
+pub fn words(explanation: &Explanation) -> String {
     explanation.causes.iter().map(sentence).collect::<Vec<_>>().join("; and ")
-}
-
-/// Other names of a cause of an explanation.
-pub fn other_names(explanation: &Explanation, cause: usize) -> impl Iterator<Item = String> {
-    explanation.synonyms.iter().filter(move |s| s.of == cause).map(|s| sentence(&s.cause))
 }
 
 /// An explanation by kind and place.

@@ -4,10 +4,8 @@ use serde::Serialize;
 
 use super::Findings;
 use super::estimate::EstimateRecord;
-use coldplate_base::error::Result;
 use coldplate_base::numbers::significant;
-use coldplate_base::progress::Progress;
-use coldplate_diagnose::{AmplitudeSettings, Cause, PlaceAndKind, Places, places};
+use coldplate_diagnose::{AmplitudeSettings, Cause, PlaceAndKind};
 
 /// Sets that are told in text.
 const TOLD: usize = 3;
@@ -65,14 +63,6 @@ pub struct RowAmplitudeRecord {
     pub amplitude: EstimateRecord,
 }
 
-/// Finds the places and kinds of a diagnosis by their amplitudes alone.
-///
-/// # Errors
-/// Errors of [`places`].
-pub fn by_amplitude(found: &Findings<'_>, progress: &dyn Progress) -> Result<Places> {
-    places(&found.problem, &AmplitudeSettings::default(), progress)
-}
-
 /// The number of a place and kind in each row, as readers count it.
 fn in_rows(own: &PlaceAndKind) -> Vec<EstimateRecord> {
     let of = |(amplitude, deviation): (&f64, &f64)| {
@@ -83,7 +73,8 @@ fn in_rows(own: &PlaceAndKind) -> Vec<EstimateRecord> {
 }
 
 /// For outside programs.
-pub fn record(found: &Findings<'_>, places: &Places) -> PlacesRecord {
+pub fn record(found: &Findings<'_>) -> PlacesRecord {
+    let places = &found.diagnosis.places;
     let tests: Vec<&str> = found.problem.data.rows.iter().filter(|row| row.has_readings()).map(|row| row.test.as_str()).collect();
     let place = |own: &PlaceAndKind| PlaceRecord {
         kind: own.hypothesis.kind().into(),
@@ -98,10 +89,10 @@ pub fn record(found: &Findings<'_>, places: &Places) -> PlacesRecord {
         log_evidence: set.lead,
         log_density_kept_out: set.kept_out.0,
         standard_error: set.kept_out.1,
-        numbers: set.spread,
-        disturbance: set.disturbance,
+        numbers: set.looseness.spread,
+        disturbance: set.looseness.disturbance,
     });
-    PlacesRecord { tried: places.tried, sets: sets.collect(), settings: AmplitudeSettings::default() }
+    PlacesRecord { tried: places.tried, sets: sets.collect(), settings: found.problem.settings.clone() }
 }
 
 /// How an amplitude runs over the rows, in words.
@@ -115,7 +106,8 @@ fn run_in_words(own: &PlaceAndKind) -> String {
 }
 
 /// For readers: the first sets, and the amplitude of the first one's causes in every row as lines of a table.
-pub fn text(found: &Findings<'_>, places: &Places, table: impl Fn(&[&str], &[Vec<String>]) -> String) -> String {
+pub fn text(found: &Findings<'_>, table: impl Fn(&[&str], &[Vec<String>]) -> String) -> String {
+    let places = &found.diagnosis.places;
     let mut text = format!("\nby amplitude alone, free in every row ({} places and kinds):\n", places.tried);
     for (i, set) in places.sets.iter().take(TOLD).enumerate().filter(|(i, set)| *i == 0 || set.probability > LEAST_TOLD) {
         let words: Vec<String> =

@@ -9,12 +9,11 @@ use super::energy::ConditionBalance;
 pub use super::estimate::EstimateRecord;
 use super::extended::KeyChange;
 use super::next::{NextRecord, by_name};
-use super::places::PlacesRecord;
+use super::places::{self, PlacesRecord};
 use super::refit::{AgainstReadings, RefittedSurrogate};
-use super::{Findings, ladder, name, other_names};
+use super::{Findings, ladder, name};
 use coldplate_base::units::Measurand;
-use coldplate_diagnose::{Cause, Explanation, Gain, Problem, Rung, Verdict, sentence};
-use coldplate_evidence::discrepancy::DiscrepancySize;
+use coldplate_diagnose::{Cause, Explanation, Gain, Looseness, Problem, Rung, sentence};
 use coldplate_evidence::faulty_readings::{Fault, FaultRecord};
 use coldplate_evidence::measurement::AccountRecord;
 use coldplate_evidence::measurement::whiten;
@@ -35,7 +34,7 @@ pub struct DiagnosisRecord {
     pub probabilities: OtherwiseRecord,
     /// The parts of the best explanation; empty where no cause is named.
     pub causes: Vec<CauseRecord>,
-    /// The causes that the data carry, one after another, each refitted with everything uncertain.
+    /// The machine that is written: its causes, and the numbers that the readings draw beside them.
     pub rungs: Vec<RungRecord>,
     /// Every explanation that the data cannot refute.
     pub set: Vec<Vec<CauseRecord>>,
@@ -55,9 +54,8 @@ pub struct DiagnosisRecord {
     /// Readings that were held out of everything.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub held_out: Option<HeldOutRecord>,
-    /// Places and kinds by their amplitudes in every row, if asked for.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub amplitudes: Option<PlacesRecord>,
+    /// Places and kinds by their amplitudes in every row.
+    pub amplitudes: PlacesRecord,
     /// Faulty readings that were found.
     pub faults: Vec<FaultRecord>,
     /// Account of the data: lines and readings that count, and those that do not.
@@ -83,7 +81,7 @@ pub struct MisfitRecord {
     pub dof: usize,
     /// Probability of a misfit as large by noise alone.
     pub p: f64,
-    /// Probability that noise alone makes the best of all causes as convincing.
+    /// Posterior probability that no cause acts.
     pub p_look_elsewhere: f64,
 }
 
@@ -116,8 +114,6 @@ pub struct CauseRecord {
     pub probability: f64,
     pub misfit_left: f64,
     pub text: String,
-    /// Other names of the cause: they predict the same at every condition.
-    pub also: Vec<String>,
     /// Other explanations that the data cannot refute.
     pub ambiguous_with: Vec<String>,
 }
@@ -157,15 +153,14 @@ pub struct RungCauseRecord {
     pub text: String,
 }
 
-/// The model error that was learnt.
+/// What the model leaves open.
 #[derive(Debug, Clone, Serialize)]
-#[allow(missing_docs, non_snake_case)]
+#[allow(missing_docs)]
 pub struct DiscrepancyRecord {
-    pub wandering_K: f64,
-    /// Correlation time of the model error over the length of a test.
-    pub memory: f64,
-    pub between_tests: f64,
+    /// Spread of the numbers of the machine file, standard deviation of their logarithms.
     pub numbers: f64,
+    /// Heat in every part, new in every row: standard deviation as a share of the machine's mean heat.
+    pub disturbance: f64,
 }
 
 /// Gain on conditions that the search did not see.
@@ -201,7 +196,7 @@ pub struct SurrogateRecord {
 #[allow(missing_docs, non_snake_case)]
 pub struct MissingHeatRecord {
     pub part: String,
-    pub law: String,
+    /// Alike at all conditions; negative where the model has too much.
     pub W: f64,
     pub standard_deviation_W: f64,
     pub misfit_explained: f64,
@@ -257,7 +252,6 @@ impl Findings<'_> {
     pub fn record(&self) -> DiagnosisRecord {
         let diagnosis = &self.diagnosis;
         let misfit = &diagnosis.misfit;
-        let has_cause = matches!(diagnosis.verdict, Verdict::Explained | Verdict::CannotTell);
         DiagnosisRecord {
             misfit: MisfitRecord { chi2: misfit.chi2, dof: misfit.freedom, p: misfit.probability, p_look_elsewhere: misfit.look_elsewhere },
             verdict: diagnosis.verdict.code(),
@@ -265,7 +259,7 @@ impl Findings<'_> {
             level: LevelRecord::of(&diagnosis.level),
             certainty: diagnosis.certainties.iter().map(LevelRecord::of).collect(),
             probabilities: OtherwiseRecord { nothing: diagnosis.others.nothing, something_else: diagnosis.others.something_else },
-            causes: diagnosis.explanations.first().filter(|_| has_cause).map(|e| causes(self, e)).unwrap_or_default(),
+            causes: diagnosis.explanations.first().filter(|_| diagnosis.verdict.names_causes()).map(|e| causes(self, e)).unwrap_or_default(),
             rungs: diagnosis.rungs.iter().map(|rung| RungRecord::of(self, rung)).collect(),
             set: self.open().into_iter().map(|e| causes(self, e)).collect(),
             next_measurement: diagnosis.next.split_first().map(|(best, others)| NextRecord {
@@ -279,11 +273,10 @@ impl Findings<'_> {
             tried: diagnosis.tried.all,
             visible: diagnosis.tried.visible,
             held_out: None,
-            amplitudes: None,
+            amplitudes: places::record(self),
             missing_heat: (diagnosis.missing.iter())
                 .map(|m| MissingHeatRecord {
                     part: m.part.clone(),
-                    law: m.law_words.clone(),
                     W: m.watts,
                     standard_deviation_W: m.deviation,
                     misfit_explained: m.explained,
@@ -322,8 +315,7 @@ impl GainRecord {
 
 impl RungRecord {
     fn of(found: &Findings<'_>, rung: &Rung) -> Self {
-        let is_log = found.problem.data.is_transient();
-        let DiscrepancySize { wandering, memory, between_tests, numbers } = rung.left;
+        let Looseness { spread, disturbance } = rung.left;
         Self {
             causes: rung.causes.iter().map(RungCauseRecord::of).collect(),
             refitted: rung.refitted.iter().map(RungCauseRecord::of).collect(),
@@ -332,9 +324,9 @@ impl RungRecord {
             left_K: rung.rms,
             where_left: rung.where_left.as_ref().map(|left| left.sensor.clone()),
             where_left_share: rung.where_left.as_ref().map(|left| left.share),
-            discrepancy: DiscrepancyRecord { wandering_K: wandering, memory, between_tests, numbers },
+            discrepancy: DiscrepancyRecord { numbers: spread, disturbance },
             gain: rung.gain.as_ref().map(|gain| GainRecord::of(found, gain)),
-            text: format!("{}; {}", ladder::words(rung), ladder::left(rung, is_log)),
+            text: format!("{}; {}", ladder::words(rung), ladder::left(rung)),
         }
     }
 }
@@ -362,7 +354,7 @@ impl RungCauseRecord {
 fn causes(found: &Findings<'_>, explanation: &Explanation) -> Vec<CauseRecord> {
     let others: Vec<String> = found.open().into_iter().filter(|o| *o != explanation).map(name).collect();
     let mut records = Vec::new();
-    for (k, p) in explanation.causes.iter().enumerate() {
+    for p in &explanation.causes {
         let shown = p.shown();
         let (low, high) = p.interval();
         let own = EstimateRecord { value: shown.value, low: shown.low, high: shown.high, unit: shown.unit.into() };
@@ -379,7 +371,6 @@ fn causes(found: &Findings<'_>, explanation: &Explanation) -> Vec<CauseRecord> {
             probability: explanation.probability,
             misfit_left: explanation.misfit,
             text: sentence(p),
-            also: other_names(explanation, k).collect(),
             ambiguous_with: others.clone(),
         });
     }

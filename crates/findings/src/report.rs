@@ -2,12 +2,12 @@
 
 use super::energy::ConditionBalance;
 use super::next;
-use super::{Findings, capital, figures, ladder, name, words};
+use super::{Findings, capital, figures, ladder, name, probability, words};
 use coldplate_base::document::name_of;
 use coldplate_base::error::Result;
 use coldplate_base::numbers::short;
 use coldplate_describe::machine::NumberKind;
-use coldplate_diagnose::{ALARM_CAUSE, ALARM_MISFIT, Certainty, SET_95, SIMULATIONS, Verdict};
+use coldplate_diagnose::{Certainty, Verdict};
 use coldplate_evidence::identify::MeshShare;
 use coldplate_evidence::measurement::whiten;
 use coldplate_figures::chart::gains::GainsFigure;
@@ -65,6 +65,9 @@ fn in_short(section: &mut ReportSection, found: &Findings<'_>) {
         Verdict::SomethingElse | Verdict::CannotTell => Tone::Uncertain,
     };
     section.note(tone, found.headline());
+    for sentence in found.gain_in_words().into_iter().chain(found.otherwise_in_words()) {
+        section.paragraph(sentence);
+    }
     for fault in &found.problem.faults {
         section.note(Tone::Uncertain, format!("Faulty reading: {}.", fault.text()));
     }
@@ -163,14 +166,15 @@ fn significance(section: &mut ReportSection, found: &Findings<'_>) -> Result<()>
     if let Some(words) = found.noise_in_words() {
         section.paragraph(format!("{}.", capital(&words)));
     }
+    let settings = &found.problem.settings;
     section.paragraph(format!(
-        "Who looks at many causes finds one that fits by chance. Here it is the best of {}. \
-         In {SIMULATIONS} sets of pure noise, the best of them did as well as here with a probability of {}{:.1e}.",
+        "Who looks at many causes finds one that fits by chance: {}. Their evidence pays for every freedom they have, and the posterior probability \
+         that none of them acts is {}. No cause is named where that is more than one half; what a model then still leaves with a probability below {} \
+         is something else.",
         found.diagnosis.tried.sentence(),
-        if misfit.look_elsewhere * ((SIMULATIONS + 1) as f64) < 1.5 { "at most " } else { "" },
-        misfit.look_elsewhere
+        probability(misfit.look_elsewhere),
+        settings.alarm
     ));
-    section.paragraph(format!("An alarm is raised below {ALARM_MISFIT} for the first and {ALARM_CAUSE} for the second."));
     section.figure(&figures::whitened_sheet(found), "")?;
     Ok(())
 }
@@ -287,14 +291,15 @@ fn explanations(section: &mut ReportSection, found: &Findings<'_>) -> Result<()>
     let diagnosis = &found.diagnosis;
     section.figure(&figures::ranking(found), "")?;
     let open = found.open();
-    section.heading("What the data cannot refute");
+    section.heading("What it could be");
     match (diagnosis.verdict, open.as_slice()) {
         (_, []) => section.paragraph("No explanation is left."),
         (Verdict::SomethingElse, _) => section.paragraph("Even the best of these leaves a misfit that noise does not give. They say where to look, not what it is:"),
         (_, [_]) => section.paragraph("One explanation alone:"),
         (_, many) => section.paragraph(format!(
-            "{} explanations fit within what noise allows (misfit within {SET_95:.2} of the best of as many causes). With these data nobody can say which of them it is:",
-            many.len()
+            "{} explanations have {:.0} % of the probability together. With these data nobody can say which of them it is:",
+            many.len(),
+            100.0 * found.problem.settings.set
         )),
     };
     section.list(open.iter().take(12).map(|e| capital(&words(e))));
@@ -316,12 +321,9 @@ fn explanations(section: &mut ReportSection, found: &Findings<'_>) -> Result<()>
     }
     let mut ranks = table([("probability", Align::Right), ("misfit left", Align::Right), ("cause", Align::Left), ("", Align::Left)]);
     for (i, e) in found.ranked(40) {
-        let standing = match (diagnosis.set.contains(&i), e.is_fitted) {
-            (true, true) => "not refuted; fitted through the solver",
-            (true, false) => "not refuted",
-            (false, _) => "refuted, or far less probable",
-        };
-        ranks.row([text(format!("{:.3}", e.probability)), text(format!("{:.1}", e.misfit)), text(words(e)), text(standing)]);
+        let standing = if diagnosis.set.contains(&i) { "in the set" } else { "far less probable" };
+        let misfit = Some(e.misfit).filter(|misfit| misfit.is_finite());
+        ranks.row([text(format!("{:.3}", e.probability)), TableCell::optional(misfit, 1), text(words(e)), text(standing)]);
     }
     ranks.folded("All explanations with some probability");
     section.table(ranks);
@@ -387,8 +389,7 @@ fn steps(section: &mut ReportSection, found: &Findings<'_>, figure: &GainsFigure
         "No cause is named. What all films, all heats and all emissivities share, and the other numbers of the machine file, are drawn by the \
          readings as far as their own uncertainty lets them; that predicts data kept out better."
     } else {
-        "A cause is named, everything uncertain is fitted with it, the machine is extended, and the readings are compared again. That goes on \
-         while data kept out are predicted better."
+        "Causes are in force together. Numbers of the machine file move beside them where rows kept out are predicted better so."
     });
     section.figure(figure, "")?;
     let mut table = table([
@@ -404,7 +405,7 @@ fn steps(section: &mut ReportSection, found: &Findings<'_>, figure: &GainsFigure
             text(format!("{}", i + 1)),
             text(capital(&ladder::words(rung))),
             text(ladder::refitted(rung).join("; ")),
-            text(ladder::left(rung, found.problem.data.is_transient())),
+            text(ladder::left(rung)),
             text(kept_out),
         ]);
     }
@@ -418,14 +419,14 @@ fn gain(section: &mut ReportSection, found: &Findings<'_>) -> Result<()> {
             let gained = gain.before - gain.after;
             let (low, high) = (gain.low, gain.high);
             let verdict = if low > 0.0 {
-                "That is a gain on conditions the search never saw."
+                "That is a gain on conditions that took no part in the fit."
             } else if gained.abs() < 1e-9 {
                 "Nothing is gained, and nothing lost."
             } else {
                 "Whether that is a gain cannot be said with these conditions."
             };
             section.paragraph(format!(
-                "Conditions were kept out in turn, and everything was done again without them. Their error was {:.3} K before and is {:.3} K after: \
+                "Conditions were kept out in turn, and the amplitudes fitted again without them. Their error was {:.3} K before and is {:.3} K after: \
                  {gained:.3} K less (90 % interval {low:.3} to {high:.3}). What readings and conditions are uncertain by comes to {:.3} K. {verdict}",
                 gain.before, gain.after, gain.noise_floor
             ));
@@ -449,23 +450,31 @@ fn gain(section: &mut ReportSection, found: &Findings<'_>) -> Result<()> {
 
 fn method(section: &mut ReportSection, found: &Findings<'_>) {
     let discrepancy = found.problem.discrepancy;
-    let pairs = if found.problem.data.is_transient() { "" } else { " and all pairs of them, but for the rarest laws," };
     section.paragraph(format!(
-        "Residuals are judged against a covariance of reading noise, each sensor's own error, the errors of every condition, the numbers that are \
-         called uncertain, and, beside them, what every calibrated model leaves open ({:.0} % on all films together, {:.0} % on all heats, {:.0} % \
-         on all emissivities, {} K per reading). Bands of a surrogate or of a prediction say how well a machine is known before anything is \
-         measured: where the machine file states nothing of its heats, they assume {:.0} % on all heats instead. Causes are composed from the \
-         machine's own parts, contacts, channels, surfaces and sensors with the kinds and laws that can act there; all of them{pairs} are held \
-         against the data by their first-order effect. The most probable are fitted through the full solver, and probabilities follow from Bayes' \
-         rule with amplitudes of physical size. A cause that the catalogue lacks can only show as “something else”, and one that leaves the same \
-         pattern as another at the measured conditions cannot be told from it. Probabilities hold for the stated uncertainties: if those are too \
-         small, so are the intervals.",
+        "A cause is a place and a kind, composed from the machine's own parts, contacts, channels, surfaces and sensors; its amplitude is free in \
+         every condition, so that all sensors together decide the place whatever law governs it. Every hypothesis, and “nothing” among them, has \
+         reading noise, each sensor's own error, the errors of every condition, the numbers that are called uncertain, what every calibrated model \
+         leaves open ({:.0} % on all films together, {:.0} % on all heats, {:.0} % on all emissivities, {} K per reading), and, as far as the \
+         readings ask for it, a spread of all numbers of the machine file and a heat in every part. Bands of a surrogate or of a prediction say how \
+         well a machine is known before anything is measured: where the machine file states nothing of its heats, they assume {:.0} % on all heats \
+         instead. Every place and kind is fitted at several amplitudes, and sets of several grow while they are more probable. Laws are then held \
+         against the amplitudes that were found. A cause that the catalogue lacks can only show as “something else”, and one that leaves the same \
+         pattern as another at the measured conditions comes out as probable as that one. Probabilities hold for the stated uncertainties: if those \
+         are too small, so are the intervals.",
         100.0 * discrepancy.films,
         100.0 * discrepancy.heats,
         100.0 * discrepancy.emissivities,
         discrepancy.model,
         100.0 * assumed(NumberKind::Heats)
     ));
+    section.facts(constants(found));
+}
+
+/// Constants that decide the answer, by name.
+fn constants(found: &Findings<'_>) -> Vec<(String, String)> {
+    let record = serde_json::to_value(&found.problem.settings).unwrap_or_default();
+    let all = record.as_object().map(|fields| fields.iter().map(|(name, value)| (name.replace('_', " "), value.to_string())).collect());
+    all.unwrap_or_default()
 }
 
 fn provenance(section: &mut ReportSection, found: &Findings<'_>) {

@@ -9,7 +9,7 @@ use super::measured::{self, DataArgs};
 use super::output::{self, Output};
 use super::text::table;
 use coldplate_base::atomic_file;
-use coldplate_base::error::{Error, Result};
+use coldplate_base::error::Result;
 use coldplate_diagnose::Problem;
 use coldplate_evidence::command_input;
 use coldplate_figures::chart::draw_as;
@@ -56,7 +56,7 @@ pub struct Args {
     /// Fit surrogates of the machine as it is and of the extended one over the ranges of the machine file; write the latter here
     #[arg(long, value_name = "FILE")]
     surrogate: Option<PathBuf>,
-    /// Find places and kinds of steady tables by their amplitudes alone too, free in every row, whatever law these follow
+    /// Print the amplitude of each cause in every row too, whatever law these follow
     #[arg(long)]
     amplitudes: bool,
     /// Use every reading, faulty ones too (default: faulty readings are named and left out)
@@ -100,12 +100,6 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         refit::check(machine).map_err(|e| e.in_file(&args.machine))?;
     }
     let data = command_input::data(args.data.as_deref(), &args.readings.between(), machine)?;
-    if args.amplitudes && data.is_transient() {
-        let error = Error::input("amplitudes that are free in every row are found in steady tables, and this is a log");
-        return Err(error
-            .at_key("--amplitudes")
-            .help("leave it out, or give the steady end of each test as a row of a table without a time"));
-    }
     let uncertainty = measured::uncertainty(args.data.as_deref(), &args.machine, &data, machine, out)?;
     let start = command_input::start(&args.from)?;
     let mut uncertain = args.uncertain.iter().map(|text| uncertain(text, &study)).collect::<Result<Vec<_>>>()?;
@@ -162,14 +156,12 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         (Some(path), None) => out.note(&format!("note: {} is not drawn: no cause was added to the machine", path.display())),
         (None, _) => {}
     }
-    let amplitudes = args.amplitudes.then(|| places::by_amplitude(&found, &out.progress())).transpose()?;
     let held_out = divided.map(|divided| found.held_out(&divided)).transpose()?;
     let machine = &found.problem.study.model.machine;
     let untouched = held_out.as_ref().map_or(String::new(), |own| measured::not_used(own, machine));
     let mut record = found.record();
     record.held_out = held_out.map(|own| own.record(machine));
-    record.amplitudes = amplitudes.as_ref().map(|own| places::record(&found, own));
-    let curves = amplitudes.as_ref().map_or(String::new(), |own| places::text(&found, own, table));
+    let curves = if args.amplitudes { places::text(&found, table) } else { String::new() };
     let failed: String = found.failed.iter().map(|sentence| format!("FAILED: {sentence}\n")).collect();
     out.report(&(text::text(&found) + &curves + &untouched + &failed), &record);
     // The answer stands; a step behind it that broke down is a failure of the numerics all the same.

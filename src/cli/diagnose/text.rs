@@ -8,24 +8,27 @@ use coldplate_findings::{Findings, ladder, next_test_in_words, probability, word
 
 /// The answer for a terminal.
 pub(super) fn text(found: &Findings<'_>) -> String {
-    let (problem, diagnosis) = (&*found.problem, &found.diagnosis);
+    let (problem, diagnosis) = (found.problem, &found.diagnosis);
     let data = &problem.data;
     let misfit = &diagnosis.misfit;
     let mut text = format!(
-        "{}\n{} readings of {} sensors\n\n{}\n\n",
+        "{}\n{} readings of {} sensors\n\n{}\n",
         problem.study.model.machine.name,
         data.count(),
         data.sensors.len(),
         found.headline()
     );
+    for sentence in found.gain_in_words().into_iter().chain(found.otherwise_in_words()).chain(next_in_words(found)) {
+        text += &format!("{sentence}\n");
+    }
+    text += "\n";
     text += &faulty_readings::listed(&problem.faults);
     text += &format!(
-        "  misfit {:.1} over {} readings, p = {:.2e}; best of {}, p = {:.2e}\n",
+        "  misfit {:.1} over {} readings, p = {:.2e}; best of {}\n",
         misfit.chi2,
         misfit.freedom,
         misfit.probability,
-        diagnosis.tried.sentence(),
-        misfit.look_elsewhere
+        diagnosis.tried.sentence()
     );
     if let Some(words) = found.noise_in_words() {
         text += &format!("  {words}\n");
@@ -37,6 +40,12 @@ pub(super) fn text(found: &Findings<'_>) -> String {
     text + &rungs(found) + &next(found) + &extended(found) + &format!("{:.2} s\n", diagnosis.seconds)
 }
 
+/// The test worth making first.
+fn next_in_words(found: &Findings<'_>) -> Option<String> {
+    let next = found.diagnosis.next.first()?;
+    Some(format!("Measure next: {}.", next_test_in_words(found.problem, next)))
+}
+
 /// Explanations by probability.
 fn explanations(found: &Findings<'_>) -> String {
     let diagnosis = &found.diagnosis;
@@ -44,7 +53,8 @@ fn explanations(found: &Findings<'_>) -> String {
         .ranked(12)
         .map(|(i, e)| {
             let open = if diagnosis.set.contains(&i) { "yes" } else { "no" };
-            vec![format!("{:.3}", e.probability), format!("{:.1}", e.misfit), open.to_string(), words(e)]
+            let misfit = if e.misfit.is_finite() { format!("{:.1}", e.misfit) } else { String::new() };
+            vec![format!("{:.3}", e.probability), misfit, open.to_string(), words(e)]
         })
         .collect();
     let mut text = table(&["probability", "misfit left", "in the set", "cause"], &rows);
@@ -60,7 +70,7 @@ fn explanations(found: &Findings<'_>) -> String {
 
 /// Causes step by step, and the gain on data kept out.
 fn rungs(found: &Findings<'_>) -> String {
-    let (diagnosis, is_log) = (&found.diagnosis, found.problem.data.is_transient());
+    let diagnosis = &found.diagnosis;
     let mut text = String::new();
     for (i, rung) in diagnosis.rungs.iter().enumerate() {
         text += &format!("{}. {}\n", i + 1, ladder::words(rung));
@@ -68,7 +78,7 @@ fn rungs(found: &Findings<'_>) -> String {
         for line in ladder::refitted(rung) {
             text += &format!("   {before}{line}\n");
         }
-        text += &format!("   {}\n", ladder::left(rung, is_log));
+        text += &format!("   {}\n", ladder::left(rung));
         if let Some(gain) = rung.gain.as_ref().filter(|_| diagnosis.rungs.len() > 1) {
             text += &format!("   on data kept out: error {:.3} K before, {:.3} K after\n", gain.before, gain.after);
         }
@@ -76,7 +86,7 @@ fn rungs(found: &Findings<'_>) -> String {
     match &diagnosis.gain {
         Some(gain) => {
             text += &format!(
-                "on {} conditions, each kept out of all of the above: error {:.3} K before, {:.3} K after; gain {:.3} K ({:.3} to {:.3}), noise floor {:.3} K\n",
+                "on {} conditions, each kept out of the fit: error {:.3} K before, {:.3} K after; gain {:.3} K ({:.3} to {:.3}), noise floor {:.3} K\n",
                 gain.conditions.len(),
                 gain.before,
                 gain.after,
@@ -93,7 +103,7 @@ fn rungs(found: &Findings<'_>) -> String {
 
 /// Tests worth making next.
 fn next(found: &Findings<'_>) -> String {
-    let (problem, diagnosis) = (&*found.problem, &found.diagnosis);
+    let (problem, diagnosis) = (found.problem, &found.diagnosis);
     let mut text = String::new();
     for (i, next) in diagnosis.next.iter().enumerate() {
         let test = next_test_in_words(problem, next);

@@ -10,20 +10,23 @@ mod rows;
 mod search;
 mod settings;
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
 use super::effects::{Effect, Heat, Hypothesis, Law, Scales, hypotheses};
-use super::predictor::{KnownSlopes, Predictor};
+use super::predictor::Predictor;
 use super::view::Comparison;
 use super::{Cause, Problem};
-use super::{history, signature};
+use super::signature;
 use coldplate_base::error::{Error, Result};
 use coldplate_base::progress::Progress;
 use coldplate_evidence::measurement::{ReadingRow, whiten};
 use coldplate_network::Load;
 use evidence::Explained;
 use response::{Answer, Response};
-use rows::Errors;
+pub use rows::Looseness;
+pub(crate) use rows::{Errors, Rows};
 use search::{Candidate, Fit, Search};
 pub use settings::AmplitudeSettings;
 
@@ -75,10 +78,10 @@ pub struct PlaceSet {
     pub probability: f64,
     /// Logarithm of the density of each row given all others, over that of the machine as it is, summed; and its standard error.
     pub kept_out: (f64, f64),
-    /// Standard deviation of the logarithms of the machine's numbers.
-    pub spread: f64,
-    /// The disturbance, as a share of the machine's mean heat.
-    pub disturbance: f64,
+    /// What the model leaves open beside it.
+    pub looseness: Looseness,
+    /// Covariance of the readings about the machine with it in force.
+    pub(crate) errors: Arc<Errors>,
 }
 
 /// Places and kinds that a table of readings asks for.
@@ -97,94 +100,133 @@ pub struct Places {
 /// # Errors
 /// The machine as it is cannot be solved at the data's conditions; the data are a log.
 pub fn places(problem: &Problem, settings: &AmplitudeSettings, progress: &dyn Progress) -> Result<Places> {
-    let (study, data) = (&problem.study, &problem.data);
-    if data.is_transient() {
-        let error = Error::input("amplitudes that are free in every row are found in steady tables, and this is a log");
-        return Err(error.help("leave --amplitudes out, or state the steady end of each test as a row of a table without a time"));
+    Ok(Beside::of(problem)?.places(settings, progress))
+}
+
+/// The machine as it is beside the data, with all that could be wrong with it.
+pub(crate) struct Beside<'p> {
+    /// The problem.
+    pub problem: &'p Problem,
+    /// Places and kinds, each under its usual law.
+    pub catalogue: Vec<Hypothesis>,
+    /// Where laws are one.
+    pub scales: Scales,
+    /// Predictions, residual, signatures of the catalogue, and covariance.
+    pub base: Comparison,
+    /// The covariance without any cause, row by row.
+    pub errors: Arc<Errors>,
+}
+
+impl<'p> Beside<'p> {
+    /// Of a problem.
+    ///
+    /// # Errors
+    /// The machine as it is cannot be solved at the data's conditions; the data are a log.
+    pub fn of(problem: &'p Problem) -> Result<Self> {
+        let (study, data) = (&problem.study, &problem.data);
+        if data.is_transient() {
+            let error = Error::input("amplitudes that are free in every row are found in steady tables, and this is a log");
+            return Err(error.help("leave --amplitudes out, or state the steady end of each test as a row of a table without a time"));
+        }
+        let scales = Scales::of(data, &study.model.machine);
+        let mut catalogue = hypotheses(study, data, &problem.user);
+        catalogue.retain(|h| h.law == h.effect.usual_law() && !problem.without.iter().any(|kind| kind == h.kind()));
+        let base = Comparison::of(problem, study, &catalogue, &scales)?;
+        let errors = Arc::new(errors(problem, &base, &catalogue));
+        Ok(Self { problem, catalogue, scales, errors, base })
     }
-    let scales = Scales::of(data, &study.model.machine);
-    let mut catalogue = hypotheses(study, data, &problem.user);
-    catalogue.retain(|h| h.law == h.effect.usual_law() && !problem.without.iter().any(|kind| kind == h.kind()));
-    let base = Comparison::of(problem, study, &catalogue, &scales)?;
-    let predictor = Predictor {
-        study,
-        data,
-        predicted: &base.found.prediction.values,
-        fields: &base.found.fields,
-        runs: problem.runs(),
-        scales: &scales,
-        user: &problem.user,
-        fronts: history::has_fronts(study, data)?,
-        slopes: KnownSlopes { catalogue: &catalogue, columns: &base.found.columns },
-    };
-    progress.say(&format!("{} places and kinds, each at several amplitudes", catalogue.len()));
-    let known = (catalogue.iter().zip(&base.found.columns)).collect::<Vec<_>>();
-    let visible: Vec<(&Hypothesis, &Vec<f64>)> = known.into_iter().filter(|(_, column)| column.iter().any(|c| c.abs() > 1e-9)).collect();
-    let candidates: Vec<Candidate> = visible.par_iter().map(|(h, column)| candidate(&predictor, h, column)).collect();
-    let errors = errors(problem, &base, &catalogue);
-    let together = |members: &[(usize, f64)]| -> Option<Vec<f64>> {
-        let with: Vec<(&Hypothesis, f64)> = members.iter().map(|(m, a)| (visible[*m].0, a * visible[*m].0.scale)).collect();
-        Some(difference(&predictor.predict(&with).ok()?, predictor.predicted))
-    };
-    // Rows without a reading say nothing.
-    let rows: Vec<&ReadingRow> = data.rows.iter().filter(|row| row.has_readings()).collect();
-    let value = |v: usize| rows.iter().map(|row| row.condition.si()[v]).collect::<Vec<f64>>();
-    let own = study.model.machine.variables.iter().enumerate().filter(|(_, variable)| problem.states(&variable.name));
-    let own = own.map(|(v, variable)| (variable.name.clone(), value(v)));
-    // In the order of the rows: what sets in or drifts while a table is taken.
-    let order = ("row".to_string(), (0..rows.len()).map(|row| row as f64).collect());
-    let varies = |(_, values): &(String, Vec<f64>)| values.iter().any(|x| *x != values[0]);
-    let (names, variables): (Vec<String>, Vec<Vec<f64>>) = own.chain([order]).filter(varies).unzip();
-    let numbers_with = |m: usize, a: f64| numbers_with(&predictor, &base, visible[m].0, a * visible[m].0.scale);
-    let search = Search::new(&errors, &base.found.residual, &candidates, settings, (&together, &numbers_with), &variables);
-    let nothing = search.nothing();
+
+    /// Predictions with causes in force.
+    pub fn predictor(&self) -> Predictor<'_> {
+        Predictor {
+            study: &self.problem.study,
+            data: &self.problem.data,
+            predicted: &self.base.found.prediction.values,
+            fields: &self.base.found.fields,
+            runs: self.problem.runs(),
+            scales: &self.scales,
+            user: &self.problem.user,
+        }
+    }
+
+    /// Variables that vary over the rows with readings, and the order of these rows, by name with the value in each.
+    fn variables(&self) -> (Vec<String>, Vec<Vec<f64>>) {
+        let rows: Vec<&ReadingRow> = self.problem.data.rows.iter().filter(|row| row.has_readings()).collect();
+        let value = |v: usize| rows.iter().map(|row| row.condition.si()[v]).collect::<Vec<f64>>();
+        let all = self.problem.study.model.machine.variables.iter().enumerate();
+        let own = all.filter(|(_, variable)| self.problem.states(&variable.name)).map(|(v, variable)| (variable.name.clone(), value(v)));
+        // In the order of the rows: what sets in or drifts while a table is taken.
+        let order = ("row".to_string(), (0..rows.len()).map(|row| row as f64).collect());
+        let varies = |(_, values): &(String, Vec<f64>)| values.iter().any(|x| *x != values[0]);
+        own.chain([order]).filter(varies).unzip()
+    }
+
+    /// Places and kinds by evidence.
+    pub fn places(&self, settings: &AmplitudeSettings, progress: &dyn Progress) -> Places {
+        let predictor = self.predictor();
+        progress.say(&format!("{} places and kinds, each at several amplitudes", self.catalogue.len()));
+        let known = self.catalogue.iter().zip(&self.base.found.columns);
+        let visible: Vec<(&Hypothesis, &Vec<f64>)> = known.filter(|(_, column)| column.iter().any(|c| c.abs() > 1e-9)).collect();
+        let candidates: Vec<Candidate> = visible.par_iter().map(|(h, column)| candidate(&predictor, h, column)).collect();
+        let together = |members: &[(usize, f64)]| -> Option<Vec<f64>> {
+            let with: Vec<(&Hypothesis, f64)> = members.iter().map(|(m, a)| (visible[*m].0, a * visible[*m].0.scale)).collect();
+            Some(difference(&predictor.predict(&with).ok()?, predictor.predicted))
+        };
+        let (names, variables) = self.variables();
+        let numbers_with = |m: usize, a: f64| numbers_with(&predictor, &self.base, visible[m].0, a * visible[m].0.scale);
+        let search =
+            Search::new(&self.errors, &self.base.found.residual, &candidates, settings, (&together, &numbers_with), &variables);
+        let nothing = search.nothing();
+        let mut all = grown(&search, &nothing, progress);
+        all.push(nothing.clone());
+        all.sort_by(|a, b| b.log_posterior().total_cmp(&a.log_posterior()));
+        let most = all.first().map_or(0.0, Fit::log_posterior);
+        let whole: f64 = all.iter().map(|fit| (fit.log_posterior() - most).exp()).sum();
+        let ground = seen(&search, &nothing).1;
+        let of = |fit: &Fit| -> PlaceSet {
+            let (posterior, density) = seen(&search, fit);
+            let members = fit.members.iter().enumerate().map(|(m, c)| {
+                let h = visible[*c].0;
+                PlaceAndKind {
+                    hypothesis: h.clone(),
+                    amplitudes: fit.amplitudes[m].iter().map(|a| a * h.scale).collect(),
+                    deviations: posterior[m].iter().map(|d| d * h.scale).collect(),
+                    is_free: fit.freedoms[m].freedom > 0.0,
+                    over: fit.freedoms[m].curve.map(|((v, _), _)| names[v].clone()),
+                }
+            });
+            let members: Vec<PlaceAndKind> = members.collect();
+            PlaceSet {
+                ways: vec![as_means(&members)],
+                members,
+                lead: fit.log_evidence - nothing.log_evidence,
+                probability: (fit.log_posterior() - most).exp() / whole,
+                kept_out: sum_and_error(&difference(&density, &ground)),
+                looseness: fit.looseness,
+                errors: fit.errors.clone().unwrap_or_else(|| self.errors.clone()),
+            }
+        };
+        let sets = all.iter().take(MOST_SETS).map(of).collect();
+        Places { sets, tried: candidates.len(), scales: self.scales.clone() }
+    }
+}
+
+/// Sets of one place and more, fitted, while larger ones are more probable.
+fn grown(search: &Search<'_>, nothing: &Fit, progress: &dyn Progress) -> Vec<Fit> {
     progress.say("places and kinds alone");
-    let mut all = refined(&search, search.singles(&nothing));
+    let mut all = refined(search, search.singles(nothing));
     let mut last = all.clone();
     for count in 2..=MOST_PLACES {
-        let best = all.first().map_or(f64::NEG_INFINITY, Fit::log_posterior);
+        let best = all.iter().map(Fit::log_posterior).fold(f64::NEG_INFINITY, f64::max);
         progress.say(&format!("sets of {count}"));
-        last = refined(&search, search.grown(&last));
+        last = refined(search, search.grown(&last));
         let is_better = last.first().is_some_and(|first| first.log_posterior() > best);
         all.extend(last.iter().cloned());
         if !is_better {
             break;
         }
     }
-    all.sort_by(|a, b| b.log_posterior().total_cmp(&a.log_posterior()));
-    let tried = candidates.len();
-    let most = all.iter().map(Fit::log_posterior).fold(nothing.log_posterior(), f64::max);
-    let whole: f64 = all.iter().chain([&nothing]).map(|fit| (fit.log_posterior() - most).exp()).sum();
-    let kept_out = |fit: &Fit| seen(&search, fit).1;
-    let ground = kept_out(&nothing);
-    let of = |fit: &Fit| -> PlaceSet {
-        let (posterior, density) = seen(&search, fit);
-        let gains = difference(&density, &ground);
-        let members = fit.members.iter().enumerate().map(|(m, c)| {
-            let h = visible[*c].0;
-            PlaceAndKind {
-                hypothesis: h.clone(),
-                amplitudes: fit.amplitudes[m].iter().map(|a| a * h.scale).collect(),
-                deviations: posterior[m].iter().map(|d| d * h.scale).collect(),
-                is_free: fit.freedoms[m].freedom > 0.0,
-                over: fit.freedoms[m].curve.map(|((v, _), _)| names[v].clone()),
-            }
-        });
-        let members: Vec<PlaceAndKind> = members.collect();
-        PlaceSet {
-            ways: vec![as_means(&members)],
-            members,
-            lead: fit.log_evidence - nothing.log_evidence,
-            probability: (fit.log_posterior() - most).exp() / whole,
-            kept_out: sum_and_error(&gains),
-            spread: fit.looseness.spread,
-            disturbance: fit.looseness.disturbance,
-        }
-    };
-    all.push(nothing.clone());
-    all.sort_by(|a, b| b.log_posterior().total_cmp(&a.log_posterior()));
-    let sets = all.iter().take(MOST_SETS).map(of).collect();
-    Ok(Places { sets, tried, scales: scales.clone() })
+    all
 }
 
 /// The way in which every amplitude is its mean over the rows.

@@ -4,7 +4,9 @@
 //! every row. All rows share biases of sensors and numbers of the machine. The covariance is D + U V Uᵀ with D in one block per row and few
 //! columns U, so that nothing larger than a row or a column is ever factored.
 
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SymmetricEigen};
+use coldplate_base::numbers::significant;
+use serde::Serialize;
 use std::ops::Range;
 
 /// Errors of the readings of a table, K.
@@ -22,13 +24,24 @@ pub struct Errors {
     pub heats: Vec<Vec<f64>>,
 }
 
-/// The size of what is learnt about a model that has no cause.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// What a model leaves open beside its causes, as the data have it.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Looseness {
     /// Standard deviation of the logarithm of every number of the machine.
     pub spread: f64,
     /// Standard deviation of a heat in every part, new in every row, as a share of the machine's mean heat.
     pub disturbance: f64,
+}
+
+impl Looseness {
+    /// In words; empty where nothing is left open.
+    pub fn in_words(&self) -> String {
+        let percent = |share: f64| significant(100.0 * share, 2);
+        let numbers = (self.spread > 0.0).then(|| format!("numbers of the machine file off by {} %", percent(self.spread)));
+        let heats = (self.disturbance > 0.0)
+            .then(|| format!("heats in every part, new in every row, of {} % of the machine's heat", percent(self.disturbance)));
+        numbers.into_iter().chain(heats).collect::<Vec<_>>().join("; ")
+    }
 }
 
 /// Readings whitened by what belongs to their own row, with the columns that all rows share.
@@ -39,6 +52,8 @@ pub struct Rows {
     factors: Vec<Cholesky<f64, Dyn>>,
     /// Shared columns, whitened: stated ones, then numbers.
     pub shared: DMatrix<f64>,
+    /// Place of each of them among [`Errors::stated`] and, behind these, [`Errors::numbers`].
+    pub of: Vec<usize>,
     gram: DMatrix<f64>,
     stated: usize,
     log_determinant: f64,
@@ -66,17 +81,18 @@ impl Rows {
             let first = acting.next()?;
             Some(acting.all(|row| row == first).then_some(first))
         };
-        let mut shared: Vec<&Vec<f64>> = Vec::new();
+        let mut shared: Vec<(usize, &Vec<f64>)> = Vec::new();
         let mut local: Vec<(usize, &Vec<f64>)> = Vec::new();
-        for column in &errors.stated {
+        for (place, column) in errors.stated.iter().enumerate() {
             match own_row(column) {
                 Some(Some(row)) => local.push((row, column)),
-                Some(None) => shared.push(column),
+                Some(None) => shared.push((place, column)),
                 None => {}
             }
         }
         let stated = shared.len();
-        shared.extend(errors.numbers.iter().filter(|column| own_row(column).is_some()));
+        let numbers = errors.numbers.iter().enumerate().filter(|(_, column)| own_row(column).is_some());
+        shared.extend(numbers.map(|(k, column)| (errors.stated.len() + k, column)));
         let mut factors = Vec::with_capacity(ranges.len());
         for range in &ranges {
             let size = range.len();
@@ -93,10 +109,11 @@ impl Rows {
             factors.push(Cholesky::new(block)?);
         }
         let log_determinant = factors.iter().map(|f| 2.0 * f.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>()).sum();
-        let mut all =
-            Self { ranges, factors, shared: DMatrix::zeros(errors.row_of.len(), 0), gram: DMatrix::zeros(0, 0), stated, log_determinant };
+        let of = shared.iter().map(|(place, _)| *place).collect();
+        let (none, gram) = (DMatrix::zeros(errors.row_of.len(), 0), DMatrix::zeros(0, 0));
+        let mut all = Self { ranges, factors, shared: none, of, gram, stated, log_determinant };
         let mut whitened = DMatrix::zeros(errors.row_of.len(), shared.len());
-        shared.iter().enumerate().for_each(|(k, column)| whitened.set_column(k, &all.whiten(column)));
+        shared.iter().enumerate().for_each(|(k, (_, column))| whitened.set_column(k, &all.whiten(column)));
         all.gram = whitened.tr_mul(&whitened);
         all.shared = whitened;
         Some(all)
@@ -130,5 +147,38 @@ impl Rows {
     /// Standard deviation of each shared column's coefficient.
     pub fn deviations(&self, spread: f64) -> DVector<f64> {
         DVector::from_fn(self.shared.ncols(), |k, _| if k < self.stated { 1.0 } else { spread })
+    }
+
+    /// The whole covariance where every number of the machine is off by a spread.
+    pub fn metric(&self, spread: f64) -> Metric<'_> {
+        let mut columns = self.shared.clone();
+        columns.column_iter_mut().zip(&self.deviations(spread)).for_each(|(mut column, d)| column *= *d);
+        let eigen = SymmetricEigen::new(columns.tr_mul(&columns));
+        // The inverse root of I + UU' is I - U Q f(l) Q' U', where U'U = Q l Q'.
+        let of = |l: f64| if l > 1e-12 { (1.0 - (1.0 + l).sqrt().recip()) / l } else { 0.5 };
+        let mut scaled = eigen.eigenvectors.clone();
+        scaled.column_iter_mut().zip(&eigen.eigenvalues).for_each(|(mut column, l)| column *= of(*l));
+        Metric { rows: self, root: scaled * eigen.eigenvectors.transpose(), columns }
+    }
+}
+
+/// The inverse of a covariance, as an inverse root.
+pub struct Metric<'a> {
+    rows: &'a Rows,
+    columns: DMatrix<f64>,
+    root: DMatrix<f64>,
+}
+
+impl Metric<'_> {
+    /// Readings (K) in standard deviations, uncorrelated.
+    pub fn whitened(&self, readings: &[f64]) -> DVector<f64> {
+        let own = self.rows.whiten(readings);
+        let along = &self.root * self.columns.tr_mul(&own);
+        own - &self.columns * along
+    }
+
+    /// Sum of the squares of readings (K) in standard deviations.
+    pub fn square(&self, readings: &[f64]) -> f64 {
+        self.whitened(readings).norm_squared()
     }
 }

@@ -18,25 +18,6 @@ pub struct Disturbances {
     pub shared: Vec<Shares>,
 }
 
-impl Disturbances {
-    /// What an effect does to the balance of each of so many nodes, and behind them to the inlets of circuits; `None` where it has none.
-    pub fn dense(&self, effect: usize, nodes: usize, circuits: usize) -> Option<Vec<f64>> {
-        let mut all = vec![0.0; nodes + circuits];
-        match self.effects[effect].as_ref()? {
-            Change::Own(own) => {
-                own.rows.iter().for_each(|(node, heat)| all[*node as usize] += heat);
-                own.inlets.iter().for_each(|(circuit, warmer)| all[nodes + circuit] += warmer);
-            }
-            Change::Shared(terms) => {
-                let fields =
-                    terms.iter().flat_map(|(field, share)| self.shared[*field].iter().map(move |(node, heat)| (node, share * heat)));
-                fields.for_each(|(node, heat)| all[*node as usize] += heat);
-            }
-        }
-        Some(all)
-    }
-}
-
 /// What one effect does.
 pub enum Change {
     /// Node by node.

@@ -58,16 +58,6 @@ impl Form {
         }
     }
 
-    /// The same form with another number.
-    pub(crate) fn with_number(self, number: f64) -> Self {
-        let within = |least: u16, most: u16| number.round().clamp(f64::from(least), f64::from(most)) as u16;
-        match self {
-            Self::Power(_) => Self::Power(within(*EXPONENTS.start(), *EXPONENTS.end())),
-            Self::After(_) => Self::After(within(0, PARTS)),
-            other => other,
-        }
-    }
-
     /// Factor at a value of a count, which runs straight between two rows of a log; `None` of other forms.
     pub(crate) fn at_count(self, value: f64) -> Option<f64> {
         match self {

@@ -20,7 +20,6 @@ use proposed::Proposed;
 use worth::Stakes;
 
 pub use costs::Costs;
-pub(super) use steady::candidates as within_ranges;
 pub use trial::Trial;
 pub use worth::{Expected, Worth};
 

@@ -56,18 +56,7 @@ pub fn score(case: &Case, found: &Diagnosis) -> Score {
     let machine = &case.problem.study.model.machine;
     let d = if case.shifts.is_empty() { 0.0 } else { least(&case.shifts, &found.whitener) };
     let detected = found.verdict != Verdict::Consistent;
-    // By its own name, or by another one that the answer says is the same.
-    let other_names = |p: &Cause| -> Vec<&Cause> {
-        let of =
-            |e: &'_ Explanation| -> Vec<usize> { (0..e.causes.len()).filter(|k| e.causes[*k].hypothesis.is_same(&p.hypothesis)).collect() };
-        found
-            .explanations
-            .iter()
-            .flat_map(|e| of(e).into_iter().flat_map(|k| e.synonyms.iter().filter(move |s| s.of == k)))
-            .map(|s| &s.cause)
-            .collect()
-    };
-    let is_same = |h: &Hidden, p: &Cause| is_same(machine, h, p) || other_names(p).into_iter().any(|other| is_same(machine, h, other));
+    let is_same = |h: &Hidden, p: &Cause| is_same(machine, h, p);
     let is_hidden = |p: &Cause| case.hidden.iter().any(|h| is_same(h, p));
     let holds = |e: &Explanation, is: &dyn Fn(&Hidden, &Cause) -> bool| -> bool {
         case.hidden.iter().all(|h| e.causes.iter().any(|p| is(h, p))) && e.causes.iter().all(|p| case.hidden.iter().any(|h| is(h, p)))

@@ -1,0 +1,366 @@
+//! The answer: a verdict from the posterior, the machine with the best explanation in it, the gain, and the next measurement.
+
+use std::time::Instant;
+
+use super::amplitude::{Beside, Looseness, PlaceSet, Rows};
+use super::attached::Attached;
+use super::effects::Hypothesis;
+use super::gain::Folds;
+use super::in_force::InForce;
+use super::{Cause, Diagnosis, Explanation, Gain, Misfit, Others, Problem, Residuals, Tried, Verdict, decide, missing, next, overstated};
+use coldplate_base::error::Result;
+use coldplate_base::numbers::sum_of_squares;
+use coldplate_base::progress::Progress;
+use coldplate_evidence::discrepancy::DiscrepancySize;
+use coldplate_evidence::identify::chi_square_tail;
+use coldplate_evidence::measurement::whiten;
+use coldplate_solve::study::StateTables;
+
+/// Readings of the end result may be off by so much on the reduced model, K: noise and what meshes leave open are tens of this.
+const ACCURACY: f64 = 1e-3;
+/// Explanations that are kept.
+const MOST_EXPLANATIONS: usize = 40;
+/// Explanations whose misfit is found through the solver.
+const SOLVED: usize = 12;
+
+/// The machine with what is named in force.
+#[derive(Debug, Clone)]
+pub struct Rung {
+    /// Causes that are named. Empty where numbers of the file as the readings draw them predict data kept out better for certain, and nothing is
+    /// named.
+    pub causes: Vec<Cause>,
+    /// Numbers of the file that the readings draw beside them.
+    pub refitted: Vec<Cause>,
+    /// Correlations of the causes.
+    pub correlations: Vec<Vec<f64>>,
+    /// Root mean square residual with it in force, K.
+    pub rms: f64,
+    /// Share of the squared residual of the machine as it is that is explained.
+    pub share: f64,
+    /// The same of each cause by itself, in the order of the causes, where there are several.
+    pub alone: Vec<f64>,
+    /// What the model leaves open beside it.
+    pub left: Looseness,
+    /// Probability of a misfit as large as is left, beside that.
+    pub probability_left: f64,
+    /// Where most of what is left is.
+    pub where_left: Option<WhereLeft>,
+    /// What it gains on data that took no part.
+    pub gain: Option<Gain>,
+    /// Lines of the machine file.
+    pub sets: Vec<(String, String)>,
+    /// Predictions with it in force, K.
+    pub predicted: Vec<f64>,
+    /// Difference of the predictions on the reduced model from those of full solves, K; none of logs and of full solves.
+    off_in_full: Option<f64>,
+}
+
+/// The sensor that most of what is left belongs to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WhereLeft {
+    /// Its name.
+    pub sensor: String,
+    /// Its share of the squared residual.
+    pub share: f64,
+}
+
+/// Diagnoses: fits every set of places and kinds that could win, decides, extends the machine by the most probable one, and says what is gained
+/// and what to measure next. Tables are solved on the reduced model ([`StateTables::Reduced`]) and their end result once in full; should they
+/// differ by more than a millikelvin, all of it is done in full.
+///
+/// # Errors
+/// The machine has a controller, or as it is cannot be solved at the data's conditions.
+pub fn diagnose(problem: &Problem, progress: &dyn Progress) -> Result<Diagnosis> {
+    let clock = Instant::now();
+    problem.study.model.machine.without_controllers("a diagnosis")?;
+    let mut found = once(problem, progress)?;
+    if let Some(off) = found.off_in_full.filter(|off| off.is_nan() || *off > ACCURACY) {
+        progress.say(&format!("the reduced model is off by {off:.1e} K: everything again in full"));
+        let study = problem.study.clone().with_tables(StateTables::InFull);
+        found = once(&Problem { study, ..problem.clone() }, progress)?;
+    }
+    found.seconds = clock.elapsed().as_secs_f64();
+    Ok(found)
+}
+
+fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnosis> {
+    progress.say(&format!("{} readings: slopes of every cause", problem.data.count()));
+    let beside = Beside::of(problem)?;
+    let residual = &beside.base.found.residual;
+    if let Some(share) = overstated::share(problem, &beside.base, residual, 0) {
+        return once(&problem.with_noise(share, progress), progress);
+    }
+    let places = beside.places(&problem.settings, progress);
+    let beside = Beside { scales: places.scales.clone(), ..beside };
+    let weighed = Weighed::new(&beside, &places.sets);
+    let explanations = weighed.explanations();
+    let best = explanations.first();
+    progress.say("the machine with the best explanation in force");
+    let in_force = match best {
+        Some(best) => weighed.in_force(&best.causes, &places.sets[best.of])?,
+        None => None,
+    };
+    if let Some(found) = &in_force
+        && let Some(share) = overstated::share(problem, &beside.base, &beside.base.left(&found.values), found.causes.len())
+    {
+        return once(&problem.with_noise(share, progress), progress);
+    }
+    let rung = in_force.map(|found| weighed.rung(found)).transpose()?.flatten();
+    let mut answer = weighed.answer(&explanations, rung.as_ref());
+    let is_log = problem.data.is_transient();
+    let gain = |rung: &Option<Rung>| rung.as_ref().and_then(|rung| rung.gain.clone());
+    let is_extended = answer.verdict.names_causes()
+        && rung.as_ref().is_some_and(|rung| {
+            let is_certain = answer.verdict == Verdict::Explained || rung.gain.as_ref().is_none_or(|gain| gain.low > 0.0);
+            rung.share > 0.0 && !rung.gain.as_ref().is_some_and(Gain::is_none) && (is_certain || !is_log)
+        });
+    let is_vetoed = answer.verdict.names_causes() && gain(&rung).as_ref().is_some_and(Gain::is_none);
+    if is_vetoed {
+        answer.verdict = Verdict::CannotTell;
+        answer.level = decide::Level::nothing(answer.level.probability);
+    }
+    let rung = if is_extended { rung } else { weighed.calibrated()? };
+    let found_gain = gain(&rung).or_else(|| weighed.without_gain());
+    let next = if matches!(answer.verdict, Verdict::CannotTell | Verdict::SomethingElse) {
+        progress.say("what to measure next");
+        let open: Vec<&Explanation> = answer.set.iter().map(|i| &explanations[*i]).collect();
+        next::next(&beside.predictor(), problem, answer.verdict, &open)?
+    } else {
+        Vec::new()
+    };
+    let off_in_full = match &rung {
+        Some(rung) => rung.off_in_full,
+        None => weighed.off_in_full(&[]),
+    };
+    Ok(Diagnosis {
+        misfit: weighed.misfit,
+        verdict: answer.verdict,
+        certainties: if answer.verdict.names_causes() { decide::certainties(&explanations) } else { Vec::new() },
+        level: answer.level,
+        others: Others { nothing: weighed.nothing(), something_else: answer.something_else },
+        set: answer.set,
+        tried: Tried { all: beside.catalogue.len(), visible: places.tried },
+        residuals: residuals(&beside),
+        explained: rung.as_ref().map(|rung| rung.predicted.clone()),
+        gain: found_gain,
+        next,
+        missing: missing::missing(&beside, weighed.looseness()),
+        sets: rung.as_ref().map(|rung| rung.sets.clone()),
+        rungs: rung.into_iter().collect(),
+        noise_share: problem.noise_share,
+        unexplained: weighed.looseness(),
+        is_vetoed,
+        whitener: beside.base.whitener.clone(),
+        off_in_full,
+        places: places.clone(),
+        explanations,
+        seconds: 0.0,
+    })
+}
+
+/// What the posterior comes to.
+struct Answer {
+    verdict: Verdict,
+    level: decide::Level,
+    set: Vec<usize>,
+    something_else: f64,
+}
+
+/// Sets with their posterior beside the data.
+struct Weighed<'b> {
+    beside: &'b Beside<'b>,
+    sets: &'b [PlaceSet],
+    misfit: Misfit,
+}
+
+impl<'b> Weighed<'b> {
+    fn new(beside: &'b Beside<'b>, sets: &'b [PlaceSet]) -> Self {
+        let whitened = beside.base.whitener.apply(&beside.base.found.residual);
+        let (chi2, freedom) = (sum_of_squares(&whitened), whitened.len());
+        let mut weighed =
+            Self { beside, sets, misfit: Misfit { chi2, freedom, probability: chi_square_tail(chi2, freedom), look_elsewhere: 1.0 } };
+        weighed.misfit.look_elsewhere = weighed.nothing();
+        weighed
+    }
+
+    fn empty(&self) -> Option<&'b PlaceSet> {
+        self.sets.iter().find(|set| set.members.is_empty())
+    }
+
+    /// Posterior probability that no cause acts.
+    fn nothing(&self) -> f64 {
+        self.empty().map_or(0.0, |set| set.probability)
+    }
+
+    /// What the machine as it is leaves open.
+    fn looseness(&self) -> Looseness {
+        self.empty().map_or_else(Looseness::default, |set| set.looseness)
+    }
+
+    /// Sets under their laws, most probable first.
+    fn explanations(&self) -> Vec<Explanation> {
+        let mut all: Vec<Explanation> = Vec::new();
+        for (of, set) in self.sets.iter().enumerate().filter(|(_, set)| !set.members.is_empty()) {
+            all.extend(set.ways.iter().map(|way| Explanation {
+                causes: way.causes.clone(),
+                probability: set.probability * way.probability,
+                misfit: f64::NAN,
+                level: set.looseness,
+                is_writable: way.is_writable,
+                of,
+            }));
+        }
+        all.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+        all.truncate(MOST_EXPLANATIONS);
+        for e in all.iter_mut().take(SOLVED) {
+            let members: Vec<(&Hypothesis, f64)> = e.causes.iter().map(|c| (&c.hypothesis, c.amplitude)).collect();
+            let values = self.beside.predictor().predict(&members).ok();
+            e.misfit = values.and_then(|values| e.misfit_of(self.beside, &self.sets[e.of].errors, &values)).unwrap_or(f64::NAN);
+        }
+        let Beside { problem, base, .. } = self.beside;
+        if let Ok(attached) = Attached::new(&problem.study, &problem.data, &base.found.fields) {
+            attached.write(all.iter_mut().flat_map(|e| &mut e.causes));
+        }
+        all
+    }
+
+    fn in_force(&self, causes: &[Cause], set: &'b PlaceSet) -> Result<Option<InForce<'b>>> {
+        InForce::fitted(self.beside, causes, &set.errors, set.looseness)
+    }
+}
+
+impl Weighed<'_> {
+    /// The machine with causes in force; `None` where the machine file has no words for them.
+    fn rung(&self, found: InForce<'_>) -> Result<Option<Rung>> {
+        let problem = self.beside.problem;
+        let gain = found.gain();
+        let drawn = if gain.as_ref().is_some_and(|(_, with_numbers)| *with_numbers) { found.drawn() } else { Vec::new() };
+        let plain = found.predicted(&[])?;
+        // They were drawn by slopes.
+        let with = if drawn.is_empty() { None } else { found.predicted(&drawn).ok() };
+        let with = with.filter(|with| square(with, problem) < square(&plain, problem));
+        let refitted = if with.is_some() { drawn } else { Vec::new() };
+        let predicted = with.unwrap_or(plain);
+        // Numbers of the file first: a cause may take their place.
+        let members: Vec<(&Hypothesis, f64)> = refitted.iter().chain(&found.causes).map(|c| (&c.hypothesis, c.amplitude)).collect();
+        let predictor = self.beside.predictor();
+        let Some(sets) = predictor.written(&members)? else { return Ok(None) };
+        let before = square(&self.predicted(), problem).max(f64::MIN_POSITIVE);
+        let share = |values: &[f64]| 1.0 - square(values, problem) / before;
+        let alone = match found.causes.len() {
+            0 | 1 => Vec::new(),
+            _ => found.each_alone().iter().map(|values| share(values)).collect(),
+        };
+        let (rms, where_left) = left_by(problem, &predicted);
+        let left = found.looseness();
+        let misfit = found.misfit();
+        let freedom = problem.data.count().saturating_sub(found.causes.len()).max(1);
+        Ok(Some(Rung {
+            share: share(&predicted),
+            alone,
+            rms,
+            where_left,
+            left,
+            probability_left: chi_square_tail(misfit, freedom),
+            correlations: found.correlations(&refitted),
+            off_in_full: self.off_in_full(&members),
+            gain: gain.map(|(gain, _)| gain),
+            causes: found.causes,
+            refitted,
+            sets,
+            predicted,
+        }))
+    }
+
+    /// Predictions of the machine as it is on an endlessly fine mesh, K.
+    fn predicted(&self) -> Vec<f64> {
+        let base = &self.beside.base;
+        base.found.prediction.values.iter().zip(&base.mesh).map(|(v, m)| v + m).collect()
+    }
+
+    /// The machine as the readings draw its numbers, with no cause, where that predicts rows kept out better for certain.
+    fn calibrated(&self) -> Result<Option<Rung>> {
+        let Some(empty) = self.empty() else { return Ok(None) };
+        let Some(found) = self.in_force(&[], empty)? else { return Ok(None) };
+        let rung = self.rung(found)?;
+        Ok(rung.filter(|rung| !rung.refitted.is_empty() && rung.gain.as_ref().is_some_and(|gain| gain.low > 0.0)))
+    }
+
+    /// The gain where nothing is added to the machine.
+    fn without_gain(&self) -> Option<Gain> {
+        let empty = self.empty()?;
+        let rows = Rows::new(&empty.errors, empty.looseness.disturbance)?;
+        Some(Folds::of(&self.beside.problem.data, &rows.ranges)?.gain(self.beside.problem, &self.beside.base, &[]))
+    }
+
+    /// Difference of predictions on the reduced model from those of full solves, K.
+    fn off_in_full(&self, members: &[(&Hypothesis, f64)]) -> Option<f64> {
+        let problem = self.beside.problem;
+        if problem.study.tables != StateTables::Reduced || problem.data.is_transient() {
+            return None;
+        }
+        let predictor = self.beside.predictor();
+        let reduced = predictor.without_sensors(members);
+        Some(reduced.map_or(f64::INFINITY, |values| predictor.off_in_full(members, &values)))
+    }
+
+    /// Whether a model leaves more open than models of careful machine files do, or a misfit beside it (a sum of squares) is no noise.
+    fn is_unusual(&self, looseness: &Looseness, misfit: f64, causes: usize) -> bool {
+        let settings = &self.beside.problem.settings;
+        let freedom = self.misfit.freedom.saturating_sub(causes).max(1);
+        !settings.is_usual(looseness) || chi_square_tail(misfit, freedom) < settings.alarm
+    }
+
+    /// The verdict.
+    fn answer(&self, explanations: &[Explanation], rung: Option<&Rung>) -> Answer {
+        let settings = &self.beside.problem.settings;
+        let nothing = self.nothing();
+        let answer = |verdict, level| Answer { verdict, level, set: decide::set(explanations, settings), something_else: 0.0 };
+        let Some(best) = explanations.first().filter(|_| nothing <= 0.5) else {
+            let left = self.empty().and_then(|empty| {
+                let rows = Rows::new(&empty.errors, empty.looseness.disturbance)?;
+                Some(rows.metric(empty.looseness.spread).square(&self.beside.base.found.residual))
+            });
+            let is_open = left.is_none_or(|left| self.is_unusual(&self.looseness(), left, 0));
+            let level = decide::Level::nothing(nothing);
+            return match is_open {
+                true => Answer { something_else: nothing, ..answer(Verdict::SomethingElse, level) },
+                false => Answer { set: Vec::new(), ..answer(Verdict::Consistent, level) },
+            };
+        };
+        let is_small = rung.is_some_and(|rung| rung.share < settings.least_share);
+        if is_small && self.is_unusual(&best.level, best.misfit, best.causes.len()) {
+            return answer(Verdict::SomethingElse, decide::region(explanations, 0.0));
+        }
+        // As many numbers as readings fit anything: the prior alone would choose.
+        let is_judged = self.misfit.freedom > best.causes.len();
+        let level = if is_judged { decide::ladder(explanations, settings) } else { decide::region(explanations, settings.certain) };
+        answer(if level.certainty.names_the_cause() { Verdict::Explained } else { Verdict::CannotTell }, level)
+    }
+}
+
+fn residuals(beside: &Beside<'_>) -> Residuals {
+    let base = &beside.base;
+    Residuals {
+        predicted: base.found.prediction.values.iter().zip(&base.mesh).map(|(v, m)| v + m).collect(),
+        whitened: base.whitener.apply(&base.found.residual),
+        deviation: base.errors.marginal(&DiscrepancySize::NONE),
+        residual: base.found.residual.clone(),
+    }
+}
+
+/// Sum of the squares of what predictions (K) leave of the readings, K².
+fn square(predicted: &[f64], problem: &Problem) -> f64 {
+    whiten::readings(&problem.data).iter().zip(predicted).map(|(r, p)| (r - p).powi(2)).sum()
+}
+
+/// Root mean square of what predictions (K) leave of the readings, K, and the sensor that most of it belongs to.
+fn left_by(problem: &Problem, predicted: &[f64]) -> (f64, Option<WhereLeft>) {
+    let left: Vec<f64> = whiten::readings(&problem.data).iter().zip(predicted).map(|(r, p)| r - p).collect();
+    let square = sum_of_squares(&left);
+    let places = whiten::places(&problem.data);
+    let of_sensor = |k: usize| left.iter().zip(&places).filter(|(_, (_, s))| *s == k).map(|(v, _)| v * v).sum::<f64>();
+    let most = (0..problem.data.names.len()).max_by(|a, b| of_sensor(*a).total_cmp(&of_sensor(*b)));
+    let share = |k: usize| WhereLeft { sensor: problem.data.names[k].clone(), share: of_sensor(k) / square.max(f64::MIN_POSITIVE) };
+    ((square / left.len().max(1) as f64).sqrt(), most.map(share))
+}
