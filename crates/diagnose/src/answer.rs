@@ -114,8 +114,9 @@ fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnosis> {
             let is_certain = answer.verdict == Verdict::Explained || rung.gain.as_ref().is_none_or(|gain| gain.low > 0.0);
             rung.share > 0.0 && !rung.gain.as_ref().is_some_and(Gain::is_none) && (is_certain || !is_log)
         });
+    let misses = answer.verdict.names_causes() && rung.as_ref().is_some_and(|rung| rung.share <= 0.0);
     let is_vetoed = answer.verdict.names_causes() && gain(&rung).as_ref().is_some_and(Gain::is_none);
-    if is_vetoed {
+    if is_vetoed || misses {
         answer.verdict = Verdict::CannotTell;
         answer.level = decide::Level::nothing(answer.level.probability);
     }
@@ -150,6 +151,7 @@ fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnosis> {
         noise_share: problem.noise_share,
         unexplained: weighed.looseness(),
         is_vetoed,
+        misses,
         whitener: beside.base.whitener.clone(),
         off_in_full,
         places: places.clone(),

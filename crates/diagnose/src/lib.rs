@@ -370,6 +370,8 @@ pub struct Diagnosis {
     pub noise_share: f64,
     /// What the machine as it is leaves open.
     pub unexplained: Looseness,
+    /// Whether the machine with the best explanation misses the very data by more than the machine as it is: it is not written.
+    pub misses: bool,
     /// Whether causes fit, but predict data kept out no better than the machine as it is.
     pub is_vetoed: bool,
     /// Places and kinds by their amplitudes in every row, as sets with laws.

@@ -253,6 +253,7 @@ impl Findings<'_> {
         match self.diagnosis.verdict {
             Verdict::Consistent => "nothing is wrong, and no other numbers are certain to predict conditions kept out better",
             Verdict::SomethingElse => "no cause explains the readings, so there is nothing to extend the machine by",
+            _ if self.diagnosis.misses => "the machine with the cause that fits best misses the readings by more than the machine as it is",
             _ if self.diagnosis.is_vetoed => "no cause predicts data kept out better than the machine as it is",
             Verdict::CannotTell if self.diagnosis.gain.as_ref().is_some_and(|gain| gain.low <= 0.0) => {
                 "the cause is not certain, nor is its gain on data kept out"

@@ -157,7 +157,7 @@ fn power_of_the_speed(exponent: f64, seed: u64) -> (String, Option<(f64, f64)>) 
     let found =
         diagnose(&Hidden { machine: &machine, cells: (300, 500), lines: &lines, conditions, seed: seed + 1 }.problem(), &Silent).unwrap();
     for e in found.explanations.iter().take(5) {
-        println!("{exponent}: {:.3} {:.1} {}", e.probability, e.deviance, e.causes.iter().map(sentence).collect::<Vec<_>>().join("; "));
+        println!("{exponent}: {:.3} {:.1} {}", e.probability, e.misfit, e.causes.iter().map(sentence).collect::<Vec<_>>().join("; "));
     }
     let cause = &found.explanations[0].causes[0];
     assert!(matches!(found.verdict, Verdict::Explained | Verdict::CannotTell));

@@ -1,7 +1,6 @@
 //! Hidden effects must be found, and nothing where there is nothing. `cargo bench --bench diagnosis` runs many more.
 
 mod amplitude;
-mod aside;
 mod attached;
 mod calibrated;
 mod common;
@@ -21,7 +20,7 @@ mod reduced;
 mod restless;
 mod sizes;
 mod straight;
-mod synonyms;
+mod ties;
 mod when;
 
 use coldplate_base::progress::Silent;

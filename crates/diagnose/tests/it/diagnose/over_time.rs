@@ -18,7 +18,7 @@ fn with_time(lines: &[(&str, &str)]) -> Hidden {
 fn shown(seed: u64, found: &Diagnosis) {
     println!("{}", told(seed, found));
     for e in found.explanations.iter().take(6) {
-        println!("{:.3} {:.1} {}", e.probability, e.deviance, e.causes.iter().map(sentence).collect::<Vec<_>>().join("; "));
+        println!("{:.3} {:.1} {}", e.probability, e.misfit, e.causes.iter().map(sentence).collect::<Vec<_>>().join("; "));
     }
 }
 

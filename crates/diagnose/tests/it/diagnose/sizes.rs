@@ -36,11 +36,11 @@ fn found(seed: u64, cause: Option<(&str, &str)>) -> Diagnosis {
     let hidden = Hidden { machine: &machine, cells: (300, 500), lines: &lines, conditions, seed: seed + 200 };
     let found = diagnose(&hidden.problem(), &Silent).unwrap();
     println!(
-        "seed {seed}: {:?}, chi2 {:.0}, {:?}, open by numbers: {}",
+        "seed {seed}: {:?}, chi2 {:.0}, {:?}, left open: {}",
         found.verdict,
         found.misfit.chi2,
         named(&found),
-        found.is_open_by_numbers
+        found.unexplained.in_words()
     );
     found
 }
@@ -56,7 +56,7 @@ fn nothing_is_wrong_with_machines_of_other_sizes() {
     assert!(all.iter().all(|found| found.verdict != Verdict::Explained));
     let consistent: Vec<&Diagnosis> = all.iter().filter(|found| found.verdict == Verdict::Consistent).collect();
     assert!(consistent.len() >= 8, "{} of 12", consistent.len());
-    assert!(consistent.iter().filter(|found| found.misfit.probability < 0.001).all(|found| found.unexplained.numbers > 0.0));
+    assert!(consistent.iter().filter(|found| found.misfit.probability < 0.001).all(|found| found.unexplained.spread > 0.0));
 }
 
 /// Nothing but the cause itself is named for certain.
