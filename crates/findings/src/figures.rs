@@ -209,7 +209,7 @@ pub(super) fn missing(found: &Findings<'_>) -> Option<IntervalFigure> {
                 Law::SpeedSquared => "with speed²",
                 Law::InverseFlow => "with 1/flow",
                 Law::Temperature => "with temperature",
-                Law::Of(..) => &m.law_words,
+                Law::Of(..) | Law::Found(_) => &m.law_words,
             };
             format!("−{:.1} of {:.1}, {law}", m.explained, diagnosis.misfit.chi2)
         },

@@ -4,15 +4,17 @@
 //! and a kind fit, whatever law governs them; the amplitudes that come out are the law, as a curve.
 
 mod evidence;
+mod laws;
 mod profiles;
 mod response;
 mod rows;
 mod search;
 mod settings;
+mod ways;
 
 use rayon::prelude::*;
 
-use super::effects::{Effect, Heat, Hypothesis, Law, Scales, hypotheses};
+use super::effects::{Axis, Effect, Heat, Hypothesis, Law, Scales, hypotheses};
 use super::predictor::{KnownSlopes, Predictor};
 use super::view::Comparison;
 use super::{Cause, Problem};
@@ -22,10 +24,12 @@ use coldplate_base::progress::Progress;
 use coldplate_evidence::measurement::{ReadingRow, whiten};
 use coldplate_network::Load;
 use evidence::Explained;
+use laws::{Laws, Rule};
 use response::{Answer, Response};
 use rows::Errors;
 use search::{Candidate, Fit, Search};
 pub use settings::AmplitudeSettings;
+use ways::{FoundWay, Ways};
 
 /// Amplitudes at which the machine is solved for each cause that bends, in units of its scale.
 const KNOTS: [f64; 6] = [-5.0, -2.5, -1.0, 1.0, 2.5, 5.0];
@@ -104,6 +108,7 @@ pub fn places(problem: &Problem, settings: &AmplitudeSettings, progress: &dyn Pr
     }
     let scales = Scales::of(data, &study.model.machine);
     let mut catalogue = hypotheses(study, data, &problem.user);
+    let with_temperature: Vec<Hypothesis> = catalogue.iter().filter(|h| h.is_drift() && h.law != h.effect.usual_law()).cloned().collect();
     catalogue.retain(|h| h.law == h.effect.usual_law() && !problem.without.iter().any(|kind| kind == h.kind()));
     let base = Comparison::of(problem, study, &catalogue, &scales)?;
     let predictor = Predictor {
@@ -172,7 +177,7 @@ pub fn places(problem: &Problem, settings: &AmplitudeSettings, progress: &dyn Pr
         });
         let members: Vec<PlaceAndKind> = members.collect();
         PlaceSet {
-            ways: vec![as_means(&members)],
+            ways: Vec::new(),
             members,
             lead: fit.log_evidence - nothing.log_evidence,
             probability: (fit.log_posterior() - most).exp() / whole,
@@ -183,15 +188,65 @@ pub fn places(problem: &Problem, settings: &AmplitudeSettings, progress: &dyn Pr
     };
     all.push(nothing.clone());
     all.sort_by(|a, b| b.log_posterior().total_cmp(&a.log_posterior()));
-    let sets = all.iter().take(MOST_SETS).map(of).collect();
-    Ok(Places { sets, tried, scales: scales.clone() })
+    all.truncate(MOST_SETS);
+    let mut sets: Vec<PlaceSet> = all.iter().map(of).collect();
+    progress.say("laws");
+    let machine = &study.model.machine;
+    let at = names.iter().map(|name| machine.variables.iter().position(|variable| variable.name == *name)).collect::<Vec<_>>();
+    let axes: Vec<Option<Axis>> = at.iter().map(|v| v.map(|v| scales.axis(v).0)).collect();
+    let laws = Laws::new(&scales, machine, data, &at.into_iter().flatten().collect::<Vec<_>>());
+    let mut named = scales.clone();
+    let drifts = drifts(&predictor, &with_temperature, &sets);
+    let of_place = |c: &usize| drifts.iter().filter(|(h, _)| is_of(h, visible[*c].0)).map(|(_, own)| own.clone()).collect();
+    let ways = |fit: &Fit| {
+        let drifts = fit.members.iter().map(of_place).collect();
+        Ways { search: &search, fit, laws: &laws, drifts, axes: &axes }.found()
+    };
+    let found: Vec<Vec<FoundWay>> = all.par_iter().map(ways).collect();
+    for (set, ways) in sets.iter_mut().zip(found) {
+        set.ways = ways.into_iter().map(|way| told(way, &set.members, &drifts, &mut named, problem)).collect();
+    }
+    Ok(Places { sets, tried, scales: named })
 }
 
-/// The way in which every amplitude is its mean over the rows.
-fn as_means(members: &[PlaceAndKind]) -> Way {
-    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
-    let cause = |m: &PlaceAndKind| Cause::new(m.hypothesis.clone(), mean(&m.amplitudes), mean(&m.deviations));
-    Way { causes: members.iter().map(cause).collect(), probability: 1.0, is_writable: true }
+/// Whether a hypothesis is of the place and effect of another.
+fn is_of(h: &Hypothesis, other: &Hypothesis) -> bool {
+    h.effect == other.effect && h.place == other.place
+}
+
+/// What changes with the temperature of its place instead, of all members of some sets, with its answers.
+fn drifts(predictor: &Predictor<'_>, all: &[Hypothesis], sets: &[PlaceSet]) -> Vec<(Hypothesis, Candidate)> {
+    let is_member = |h: &&Hypothesis| sets.iter().any(|set| set.members.iter().any(|own| is_of(h, &own.hypothesis)));
+    let own: Vec<Hypothesis> = all.iter().filter(is_member).cloned().collect();
+    let about = (predictor.scales, predictor.user);
+    let found = signature::steady(predictor.study, predictor.data, &[], &own, about, Some(predictor.fields));
+    let columns = found.map(|found| found.columns).unwrap_or_default();
+    own.into_par_iter().zip(columns).map(|(h, column)| (h.clone(), candidate(predictor, &h, &column))).collect()
+}
+
+/// A way as causes; its laws get names in the scales.
+fn told(way: FoundWay, members: &[PlaceAndKind], drifts: &[(Hypothesis, Candidate)], scales: &mut Scales, problem: &Problem) -> Way {
+    let mut causes = Vec::with_capacity(members.len());
+    for (own, member) in way.causes.into_iter().zip(members) {
+        let h = &member.hypothesis;
+        let mut drifts = drifts.iter().filter(|(drift, _)| is_of(drift, h)).map(|(drift, _)| drift.clone());
+        let under = match (own.rule, own.drift) {
+            (_, Some(d)) => drifts.nth(d).unwrap_or_else(|| h.clone()),
+            (None, None) => h.clone(),
+            (Some(rule), None) => {
+                let law = match rule {
+                    Rule::Listed(law) => law,
+                    Rule::Found(found) => scales.named(found),
+                };
+                own.number.map_or_else(|| h.clone().under_of(law, scales), |number| h.under_found(law, number, scales))
+            }
+        };
+        let (amplitude, deviation) = own.amplitude;
+        causes.push(Cause::new(under.clone(), amplitude * under.scale, deviation * under.scale));
+    }
+    let lines = |cause: &Cause| cause.hypothesis.written(&problem.study, &problem.data, scales, &problem.user, cause.amplitude);
+    let is_writable = causes.iter().all(|cause| matches!(lines(cause), Ok(Some(_))));
+    Way { causes, probability: way.probability, is_writable }
 }
 
 /// The best of some fits about the machine with their sets in force, most probable first.

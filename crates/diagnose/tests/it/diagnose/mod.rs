@@ -22,6 +22,7 @@ mod restless;
 mod sizes;
 mod straight;
 mod synonyms;
+mod ways;
 mod when;
 
 use coldplate_base::progress::Silent;
