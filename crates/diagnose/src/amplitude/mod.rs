@@ -73,7 +73,7 @@ pub struct PlaceSet {
     pub members: Vec<PlaceAndKind>,
     /// Ways in which it acts, most probable first.
     pub ways: Vec<Way>,
-    /// Logarithm of the evidence over that of the machine as it is.
+    /// Logarithm of the evidence, under all laws of its ways, over that of the machine as it is.
     pub lead: f64,
     /// Posterior probability among all sets that were fitted.
     pub probability: f64,
@@ -107,6 +107,7 @@ pub fn places(problem: &Problem, settings: &AmplitudeSettings, progress: &dyn Pr
         return Err(error.help("leave --amplitudes out, or state the steady end of each test as a row of a table without a time"));
     }
     let scales = Scales::of(data, &study.model.machine);
+    let mut named = scales.clone();
     let mut catalogue = hypotheses(study, data, &problem.user);
     let with_temperature: Vec<Hypothesis> = catalogue.iter().filter(|h| h.is_drift() && h.law != h.effect.usual_law()).cloned().collect();
     catalogue.retain(|h| h.law == h.effect.usual_law() && !problem.without.iter().any(|kind| kind == h.kind()));
@@ -156,14 +157,29 @@ pub fn places(problem: &Problem, settings: &AmplitudeSettings, progress: &dyn Pr
             break;
         }
     }
-    all.sort_by(|a, b| b.log_posterior().total_cmp(&a.log_posterior()));
+    all.push(nothing.clone());
+    progress.say("laws");
+    let machine = &study.model.machine;
+    let at = names.iter().map(|name| machine.variables.iter().position(|variable| variable.name == *name)).collect::<Vec<_>>();
+    let axes: Vec<Option<Axis>> = at.iter().map(|v| v.map(|v| scales.axis(v).0)).collect();
+    let laws = Laws::new(&scales, machine, data, &at.into_iter().flatten().collect::<Vec<_>>());
+    let (mut all, rest) = best_of_each_size(all);
+    let members: Vec<&Hypothesis> = all.iter().flat_map(|fit| &fit.members).map(|c| visible[*c].0).collect();
+    let drifts = drifts(&predictor, &with_temperature, &members);
+    let of_place = |c: &usize| drifts.iter().filter(|(h, _)| is_of(h, visible[*c].0)).map(|(_, own)| own.clone()).collect();
+    let ways = |fit: &Fit| {
+        let drifts = fit.members.iter().map(of_place).collect();
+        Ways { search: &search, fit, laws: &laws, drifts, axes: &axes }.found()
+    };
+    let ways: Vec<(f64, Vec<FoundWay>)> = all.par_iter().map(ways).collect();
+    // The evidence of a set is that of all ways in which it can act.
+    all.iter_mut().zip(&ways).for_each(|(fit, (log, _))| fit.log_evidence = *log);
     let tried = candidates.len();
-    let most = all.iter().map(Fit::log_posterior).fold(nothing.log_posterior(), f64::max);
-    let whole: f64 = all.iter().chain([&nothing]).map(|fit| (fit.log_posterior() - most).exp()).sum();
-    let kept_out = |fit: &Fit| seen(&search, fit).1;
-    let ground = kept_out(&nothing);
-    let of = |fit: &Fit| -> PlaceSet {
-        let (posterior, density) = seen(&search, fit);
+    let most = all.iter().chain(&rest).map(Fit::log_posterior).fold(f64::NEG_INFINITY, f64::max);
+    let whole: f64 = all.iter().chain(&rest).map(|fit| (fit.log_posterior() - most).exp()).sum();
+    let ground = seen(&search, &nothing).1;
+    let of = |(fit, (_, found)): (Fit, (f64, Vec<FoundWay>))| -> PlaceSet {
+        let (posterior, density) = seen(&search, &fit);
         let gains = difference(&density, &ground);
         let members = fit.members.iter().enumerate().map(|(m, c)| {
             let h = visible[*c].0;
@@ -177,7 +193,7 @@ pub fn places(problem: &Problem, settings: &AmplitudeSettings, progress: &dyn Pr
         });
         let members: Vec<PlaceAndKind> = members.collect();
         PlaceSet {
-            ways: Vec::new(),
+            ways: found.into_iter().map(|way| told(way, &members, &drifts, &mut named, problem)).collect(),
             members,
             lead: fit.log_evidence - nothing.log_evidence,
             probability: (fit.log_posterior() - most).exp() / whole,
@@ -186,27 +202,20 @@ pub fn places(problem: &Problem, settings: &AmplitudeSettings, progress: &dyn Pr
             disturbance: fit.looseness.disturbance,
         }
     };
-    all.push(nothing.clone());
-    all.sort_by(|a, b| b.log_posterior().total_cmp(&a.log_posterior()));
-    all.truncate(MOST_SETS);
-    let mut sets: Vec<PlaceSet> = all.iter().map(of).collect();
-    progress.say("laws");
-    let machine = &study.model.machine;
-    let at = names.iter().map(|name| machine.variables.iter().position(|variable| variable.name == *name)).collect::<Vec<_>>();
-    let axes: Vec<Option<Axis>> = at.iter().map(|v| v.map(|v| scales.axis(v).0)).collect();
-    let laws = Laws::new(&scales, machine, data, &at.into_iter().flatten().collect::<Vec<_>>());
-    let mut named = scales.clone();
-    let drifts = drifts(&predictor, &with_temperature, &sets);
-    let of_place = |c: &usize| drifts.iter().filter(|(h, _)| is_of(h, visible[*c].0)).map(|(_, own)| own.clone()).collect();
-    let ways = |fit: &Fit| {
-        let drifts = fit.members.iter().map(of_place).collect();
-        Ways { search: &search, fit, laws: &laws, drifts, axes: &axes }.found()
-    };
-    let found: Vec<Vec<FoundWay>> = all.par_iter().map(ways).collect();
-    for (set, ways) in sets.iter_mut().zip(found) {
-        set.ways = ways.into_iter().map(|way| told(way, &set.members, &drifts, &mut named, problem)).collect();
-    }
+    let mut found: Vec<(Fit, (f64, Vec<FoundWay>))> = all.into_iter().zip(ways).collect();
+    found.sort_by(|a, b| b.0.log_posterior().total_cmp(&a.0.log_posterior()));
+    let sets = found.into_iter().take(MOST_SETS).map(of).collect();
     Ok(Places { sets, tried, scales: named })
+}
+
+/// The best sets of each size, whose laws are looked for, and the others.
+fn best_of_each_size(mut all: Vec<Fit>) -> (Vec<Fit>, Vec<Fit>) {
+    all.sort_by(|a, b| b.log_posterior().total_cmp(&a.log_posterior()));
+    let mut counts = [0; MOST_PLACES + 1];
+    all.into_iter().partition(|fit| {
+        counts[fit.members.len()] += 1;
+        counts[fit.members.len()] <= REFINED
+    })
 }
 
 /// Whether a hypothesis is of the place and effect of another.
@@ -214,9 +223,9 @@ fn is_of(h: &Hypothesis, other: &Hypothesis) -> bool {
     h.effect == other.effect && h.place == other.place
 }
 
-/// What changes with the temperature of its place instead, of all members of some sets, with its answers.
-fn drifts(predictor: &Predictor<'_>, all: &[Hypothesis], sets: &[PlaceSet]) -> Vec<(Hypothesis, Candidate)> {
-    let is_member = |h: &&Hypothesis| sets.iter().any(|set| set.members.iter().any(|own| is_of(h, &own.hypothesis)));
+/// What changes with the temperature of its place instead, of some members, with its answers.
+fn drifts(predictor: &Predictor<'_>, all: &[Hypothesis], members: &[&Hypothesis]) -> Vec<(Hypothesis, Candidate)> {
+    let is_member = |h: &&Hypothesis| members.iter().any(|own| is_of(h, own));
     let own: Vec<Hypothesis> = all.iter().filter(is_member).cloned().collect();
     let about = (predictor.scales, predictor.user);
     let found = signature::steady(predictor.study, predictor.data, &[], &own, about, Some(predictor.fields));

@@ -86,10 +86,10 @@ pub struct Ways<'a> {
 }
 
 impl Ways<'_> {
-    /// The ways, most probable first.
-    pub fn found(&self) -> Vec<FoundWay> {
+    /// The ways, most probable first, and the logarithm of the evidence of all of them: that of the set.
+    pub fn found(&self) -> (f64, Vec<FoundWay>) {
         if self.fit.members.is_empty() {
-            return vec![FoundWay { causes: Vec::new(), probability: 1.0 }];
+            return (self.fit.log_evidence, vec![FoundWay { causes: Vec::new(), probability: 1.0 }]);
         }
         // What the members do together beyond the sum of their own effects stays as it was found.
         let excess = if self.fit.members.len() > 1 { self.search.excess(self.fit) } else { None };
@@ -122,9 +122,9 @@ impl Ways<'_> {
         } else {
             // None comes to rest: the one that promised most.
             all.truncate(1);
-            all.iter_mut().for_each(|(log, ..)| *log = 0.0);
+            all.iter_mut().for_each(|(log, ..)| *log = self.fit.log_evidence);
         }
-        told(all)
+        (log_sum(&all.iter().map(|(log, ..)| *log).collect::<Vec<_>>()), told(all))
     }
 
     fn row_count(&self) -> usize {

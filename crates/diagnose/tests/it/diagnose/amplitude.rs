@@ -166,19 +166,29 @@ pub struct Row {
 
 /// Makes a table of 16 rows from a machine whose file is edited row by row, with numbers off by 1 %, and readings that are changed at last.
 pub fn table(seed: u64, edits: impl Fn(&Row) -> Vec<(String, String)>, read: impl Fn(&Row, &mut Vec<f64>, f64)) -> (Problem, Vec<Row>) {
+    table_of((16, 0.01), seed, edits, read)
+}
+
+/// The same with another number of rows, and numbers that are off by another share.
+pub fn table_of(
+    (count, spread): (usize, f64),
+    seed: u64,
+    edits: impl Fn(&Row) -> Vec<(String, String)>,
+    read: impl Fn(&Row, &mut Vec<f64>, f64),
+) -> (Problem, Vec<Row>) {
     let machine = Document::parse(HEAD, "head.toml").unwrap();
     let study = Study::new(machine.clone(), None).unwrap();
     let mut random = Random::new(seed);
     let mut truth = machine.clone();
     for key in machine.keys().into_iter().filter(|key| key.ends_with(".total_conductance")) {
         let now = study.parameter(&key).unwrap().value;
-        truth.apply_set(&key, &format!("\"{} W/K\"", now * (0.01 * random.normal()).exp())).unwrap();
+        truth.apply_set(&key, &format!("\"{} W/K\"", now * (spread * random.normal()).exp())).unwrap();
     }
     let variables = &study.model.machine.variables;
     let sensors: Vec<usize> = (0..study.model.machine.sensors.len()).collect();
     let own: Vec<f64> = sensors.iter().map(|_| 0.06 * random.normal()).collect();
     let (mut rows, mut known) = (Vec::new(), Vec::new());
-    for number in 0..16 {
+    for number in 0..count {
         let row = Row {
             rpm: 300.0 + 5700.0 * random.unit(),
             hours: 1500.0 * random.unit(),
