@@ -91,7 +91,7 @@ fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnosis> {
         return once(&problem.with_noise(share, progress), progress);
     }
     let places = beside.places(&problem.settings, progress);
-    let beside = Beside { scales: places.scales.clone(), ..beside };
+    let beside = beside.knowing(places.scales.clone());
     let weighed = Weighed::new(&beside, &places.sets);
     let explanations = weighed.explanations();
     let best = explanations.first();

@@ -114,7 +114,7 @@ impl Logs<'_> {
             _ => return none(),
         };
         let Ok(moved) = moved else { return none() };
-        let column: Vec<f64> = h.read(self.data, &moved, step).iter().zip(values).map(|(a, b)| (a - b) / step).collect();
+        let column: Vec<f64> = h.read(self.scales, self.data, &moved, step).iter().zip(values).map(|(a, b)| (a - b) / step).collect();
         let shows = h.is_sensor() || column.iter().any(|c| (c * h.scale).abs() > VISIBLE * self.runs.tolerance);
         if shows { column } else { none() }
     }

@@ -50,7 +50,8 @@ pub use answer::{Rung, WhereLeft, diagnose};
 pub use decide::{Certainty, Level, Verdict};
 pub use effects::{Common, Contact, Flow, Heat, Leak, Material, Radiation, Sensor, Storage, User};
 pub use effects::{
-    CommonFactor, Effect, Hypothesis, Law, LawForm, LawNumber, Scales, Shown, UserKind, hypotheses, sentence, under_rarer_laws,
+    Axis, CommonFactor, Course, Effect, FoundLaw, Hypothesis, Law, LawForm, LawNumber, Scales, Sequence, Shown, UserKind, hypotheses, sentence,
+    under_rarer_laws,
 };
 pub use gain::{Gain, HeldOutReading};
 pub use missing::MissingHeat;

@@ -120,10 +120,11 @@ pub fn steady(
     };
     let column = |h: &Hypothesis| -> Vec<f64> {
         if h.is_sensor() {
-            return difference(&h.read(data, &prediction.values, 1.0), &prediction.values);
+            return difference(&h.read(scales, data, &prediction.values, 1.0), &prediction.values);
         }
         let Some(at) = derivatives.position(h) else { return vec![0.0; places.len()] };
-        places.iter().map(|(r, k)| all[index[*r]].effects[at][*k] * scales.factor(h.law, &data.rows[*r].condition)).collect()
+        let factors = scales.factors(h.law, &data.rows.iter().map(|row| &row.condition).collect::<Vec<_>>());
+        places.iter().map(|(r, k)| all[index[*r]].effects[at][*k] * factors[*r]).collect()
     };
     let columns = hypotheses.par_iter().map(column).collect();
     let fields = states.iter().map(|at| at.state.solution.temperatures.clone()).collect();

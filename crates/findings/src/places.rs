@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::Findings;
 use super::estimate::EstimateRecord;
 use coldplate_base::numbers::significant;
-use coldplate_diagnose::{AmplitudeSettings, Cause, PlaceAndKind};
+use coldplate_diagnose::{AmplitudeSettings, Cause, Law, PlaceAndKind, PlaceSet, Places, Way};
 
 /// Sets that are told in text.
 const TOLD: usize = 3;
@@ -29,6 +29,8 @@ pub struct PlacesRecord {
 #[allow(missing_docs)]
 pub struct PlaceSetRecord {
     pub causes: Vec<PlaceRecord>,
+    /// Laws under which they act, most probable first.
+    pub ways: Vec<WayRecord>,
     pub probability: f64,
     /// Logarithm of the evidence over that of the machine as it is.
     pub log_evidence: f64,
@@ -40,6 +42,30 @@ pub struct PlaceSetRecord {
     pub numbers: f64,
     /// Heat in every part, new in every row, beside it: standard deviation as a share of the machine's mean heat.
     pub disturbance: f64,
+}
+
+/// One way in which a set acts.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)]
+pub struct WayRecord {
+    /// One for each cause of the set, in its order.
+    pub laws: Vec<PlaceLawRecord>,
+    /// Probability among all ways of the set.
+    pub probability: f64,
+    /// Whether a machine file has words for it.
+    pub writable: bool,
+}
+
+/// The law of one cause.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)]
+pub struct PlaceLawRecord {
+    /// In words.
+    pub law: String,
+    /// Amplitude where the law is one.
+    pub amplitude: EstimateRecord,
+    /// Its formula in a machine file; none where it has none, or the law is not one of the condition.
+    pub formula: Option<String>,
 }
 
 /// A place and a kind with its amplitude in every row.
@@ -61,6 +87,37 @@ pub struct PlaceRecord {
 pub struct RowAmplitudeRecord {
     pub test: String,
     pub amplitude: EstimateRecord,
+}
+
+fn way(places: &Places, own: &Way) -> WayRecord {
+    let law = |cause: &Cause| {
+        let (shown, law) = (cause.shown(), cause.hypothesis.law);
+        let is_formula = !matches!(law, Law::Constant | Law::Temperature) && places.scales.has_formula(law);
+        PlaceLawRecord {
+            law: cause.hypothesis.law_words(),
+            amplitude: EstimateRecord { value: shown.value, low: shown.low, high: shown.high, unit: shown.unit.into() },
+            formula: is_formula.then(|| places.scales.expression(law)),
+        }
+    };
+    WayRecord { laws: own.causes.iter().map(law).collect(), probability: own.probability, writable: own.is_writable }
+}
+
+/// The law of a cause with its amplitude, in words.
+fn law_in_words(cause: &Cause) -> String {
+    let unit = if cause.hypothesis.unit == "1" { String::new() } else { format!(" {}", cause.hypothesis.unit) };
+    let number = format!("{} +- {}{unit}", significant(cause.amplitude, 3), significant(cause.deviation, 2));
+    format!("{number}, {}", cause.hypothesis.law_words())
+}
+
+/// The ways of a set, a line each.
+fn ways_in_words(set: &PlaceSet) -> String {
+    let told = set.ways.iter().filter(|way| way.probability > LEAST_TOLD && !way.causes.is_empty());
+    let line = |way: &Way| {
+        let laws: Vec<String> = way.causes.iter().map(law_in_words).collect();
+        let unsaid = if way.is_writable { "" } else { " (no words in a machine file)" };
+        format!("           {:.3}  {}{unsaid}\n", way.probability, laws.join("; "))
+    };
+    told.map(line).collect()
 }
 
 /// The number of a place and kind in each row, as readers count it.
@@ -85,6 +142,7 @@ pub fn record(found: &Findings<'_>) -> PlacesRecord {
     };
     let sets = places.sets.iter().map(|set| PlaceSetRecord {
         causes: set.members.iter().map(place).collect(),
+        ways: set.ways.iter().map(|own| way(places, own)).collect(),
         probability: set.probability,
         log_evidence: set.lead,
         log_density_kept_out: set.kept_out.0,
@@ -114,6 +172,7 @@ pub fn text(found: &Findings<'_>, table: impl Fn(&[&str], &[Vec<String>]) -> Str
             set.members.iter().map(|own| format!("{}, {}", own.hypothesis.kind_and_place(), run_in_words(own))).collect();
         let words = if words.is_empty() { "nothing".into() } else { words.join("; ") };
         text += &format!("  {:.3}  {words}\n", set.probability);
+        text += &ways_in_words(set);
         if i == 0 && !set.members.is_empty() {
             let (sum, error) = set.kept_out;
             text += &format!(

@@ -246,6 +246,19 @@ impl Posterior<'_> {
         self.prior(cause) - with.tr_mul(&self.solve(&with))
     }
 
+    /// Products of one cause times functions of the rows (rows times functions) under the inverse covariance: with each
+    /// other, and with the residual.
+    pub fn of_functions(&self, cause: usize, functions: &DMatrix<f64>) -> Functions {
+        let explained = self.explained;
+        let mut columns = DMatrix::zeros(self.pull.len(), functions.ncols());
+        for (row, range) in explained.rows.ranges.iter().enumerate() {
+            for (f, size) in functions.row(row).iter().enumerate() {
+                range.clone().for_each(|i| columns[(i, f)] = size * explained.columns[(i, cause)]);
+            }
+        }
+        Functions { solved: self.solve(&columns), pulls: columns.tr_mul(&self.pull), columns }
+    }
+
     /// Logarithm of the density of each row's readings, given all other rows, without the constant of the number of readings.
     pub fn kept_out(&self) -> Vec<f64> {
         let rows = self.explained.rows;
@@ -267,6 +280,29 @@ impl Posterior<'_> {
             }
         };
         rows.ranges.iter().enumerate().map(of).collect()
+    }
+}
+
+/// Functions of the rows that a cause may follow, beside all that is explained already.
+pub struct Functions {
+    columns: DMatrix<f64>,
+    /// Inverse covariance times these.
+    solved: DMatrix<f64>,
+    /// Products with the residual under it.
+    pulls: DVector<f64>,
+}
+
+impl Functions {
+    /// Logarithm of the evidence over that without the cause, where it is a sum of some functions with coefficients of these standard
+    /// deviations; `None` where rounding leaves no positive matrix.
+    pub fn gain(&self, terms: &[(usize, f64)]) -> Option<f64> {
+        let product = |i: usize, j: usize| self.columns.column(terms[i].0).dot(&self.solved.column(terms[j].0));
+        let own = |i: usize, j: usize| terms[i].1 * terms[j].1 * product(i, j) + f64::from(u8::from(i == j));
+        let factor = Cholesky::new(DMatrix::from_fn(terms.len(), terms.len(), own))?;
+        let mut along = DVector::from_iterator(terms.len(), terms.iter().map(|(f, deviation)| deviation * self.pulls[*f]));
+        factor.l_dirty().solve_lower_triangular_mut(&mut along);
+        let log_of_root: f64 = factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum();
+        Some(0.5 * along.norm_squared() - log_of_root)
     }
 }
 
@@ -353,6 +389,16 @@ mod tests {
                 let covariance = prior - &with * &inverse * with.transpose();
                 assert!((0..3).all(|row| (amplitudes[row] - mean[row]).abs() < 1e-9));
                 assert!((posterior.covariance(m) - covariance).amax() < 1e-9);
+            }
+
+            // A cause that follows functions, beside the other alone.
+            let without = [freedoms[0], Freedom { size: 0.0, freedom: 0.0, curve: None }];
+            let beside = explained.posterior(&without, loose.0).unwrap();
+            let terms: Vec<(usize, f64)> = (0..profiles.of.len()).map(|f| (f, freedoms[1].of(profiles.of[f]))).collect();
+            if freedoms[1].freedom == 0.0 {
+                let gain = beside.of_functions(1, &profiles.functions).gain(&terms).unwrap();
+                let expected = found - explained.log_evidence(&without, loose.0).unwrap();
+                assert!((gain - expected).abs() < 1e-9, "{gain} {expected}");
             }
 
             for (row, density) in posterior.kept_out().into_iter().enumerate() {

@@ -4,17 +4,19 @@
 //! and a kind fit, whatever law governs them; the amplitudes that come out are the law, as a curve.
 
 mod evidence;
+mod laws;
 mod profiles;
 mod response;
 mod rows;
 mod search;
 mod settings;
+mod ways;
 
 use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::effects::{Effect, Heat, Hypothesis, Law, Scales, hypotheses};
+use super::effects::{Axis, Effect, Heat, Hypothesis, Law, Scales, hypotheses};
 use super::predictor::Predictor;
 use super::view::Comparison;
 use super::{Cause, Problem};
@@ -24,11 +26,13 @@ use coldplate_base::progress::Progress;
 use coldplate_evidence::measurement::{ReadingRow, whiten};
 use coldplate_network::Load;
 use evidence::Explained;
+use laws::{Laws, Rule};
 use response::{Answer, Response};
 pub use rows::Looseness;
 pub(crate) use rows::{Errors, Rows};
 use search::{Candidate, Fit, Search};
 pub use settings::AmplitudeSettings;
+use ways::{FoundWay, Ways};
 
 /// Amplitudes at which the machine is solved for each cause that bends, in units of its scale.
 const KNOTS: [f64; 6] = [-5.0, -2.5, -1.0, 1.0, 2.5, 5.0];
@@ -109,6 +113,8 @@ pub(crate) struct Beside<'p> {
     pub problem: &'p Problem,
     /// Places and kinds, each under its usual law.
     pub catalogue: Vec<Hypothesis>,
+    /// The same under the law that follows the temperature of their place.
+    drifting: Vec<Hypothesis>,
     /// Where laws are one.
     pub scales: Scales,
     /// Predictions, residual, signatures of the catalogue, and covariance.
@@ -130,10 +136,16 @@ impl<'p> Beside<'p> {
         }
         let scales = Scales::of(data, &study.model.machine);
         let mut catalogue = hypotheses(study, data, &problem.user);
+        let drifting = catalogue.iter().filter(|h| h.is_drift() && h.law != h.effect.usual_law()).cloned().collect();
         catalogue.retain(|h| h.law == h.effect.usual_law() && !problem.without.iter().any(|kind| kind == h.kind()));
         let base = Comparison::of(problem, study, &catalogue, &scales)?;
         let errors = Arc::new(errors(problem, &base, &catalogue));
-        Ok(Self { problem, catalogue, scales, errors, base })
+        Ok(Self { problem, catalogue, drifting, scales, errors, base })
+    }
+
+    /// The same where further laws are known.
+    pub fn knowing(self, scales: Scales) -> Self {
+        Self { scales, ..self }
     }
 
     /// Predictions with causes in force.
@@ -179,12 +191,28 @@ impl<'p> Beside<'p> {
         let nothing = search.nothing();
         let mut all = grown(&search, &nothing, progress);
         all.push(nothing.clone());
-        all.sort_by(|a, b| b.log_posterior().total_cmp(&a.log_posterior()));
-        let most = all.first().map_or(0.0, Fit::log_posterior);
-        let whole: f64 = all.iter().map(|fit| (fit.log_posterior() - most).exp()).sum();
+        progress.say("laws");
+        let machine = &self.problem.study.model.machine;
+        let at = names.iter().map(|name| machine.variables.iter().position(|variable| variable.name == *name)).collect::<Vec<_>>();
+        let axes: Vec<Option<Axis>> = at.iter().map(|v| v.map(|v| self.scales.axis(v).0)).collect();
+        let laws = Laws::new(&self.scales, machine, &self.problem.data, &at.into_iter().flatten().collect::<Vec<_>>());
+        let (mut all, rest) = best_of_each_size(all);
+        let members: Vec<&Hypothesis> = all.iter().flat_map(|fit| &fit.members).map(|c| visible[*c].0).collect();
+        let drifts = drifts(&predictor, &self.drifting, &members);
+        let of_place = |c: &usize| drifts.iter().filter(|(h, _)| is_of(h, visible[*c].0)).map(|(_, own)| own.clone()).collect();
+        let ways = |fit: &Fit| {
+            let drifts = fit.members.iter().map(of_place).collect();
+            Ways { search: &search, fit, laws: &laws, drifts, axes: &axes }.found()
+        };
+        let ways: Vec<(f64, Vec<FoundWay>)> = all.par_iter().map(ways).collect();
+        // The evidence of a set is that of all ways in which it can act.
+        all.iter_mut().zip(&ways).for_each(|(fit, (log, _))| fit.log_evidence = *log);
+        let most = all.iter().chain(&rest).map(Fit::log_posterior).fold(f64::NEG_INFINITY, f64::max);
+        let whole: f64 = all.iter().chain(&rest).map(|fit| (fit.log_posterior() - most).exp()).sum();
         let ground = seen(&search, &nothing).1;
-        let of = |fit: &Fit| -> PlaceSet {
-            let (posterior, density) = seen(&search, fit);
+        let mut named = self.scales.clone();
+        let of = |(fit, (_, found)): (Fit, (f64, Vec<FoundWay>))| -> PlaceSet {
+            let (posterior, density) = seen(&search, &fit);
             let members = fit.members.iter().enumerate().map(|(m, c)| {
                 let h = visible[*c].0;
                 PlaceAndKind {
@@ -197,7 +225,7 @@ impl<'p> Beside<'p> {
             });
             let members: Vec<PlaceAndKind> = members.collect();
             PlaceSet {
-                ways: vec![as_means(&members)],
+                ways: found.into_iter().map(|way| told(way, &members, &drifts, &mut named, self.problem)).collect(),
                 members,
                 lead: fit.log_evidence - nothing.log_evidence,
                 probability: (fit.log_posterior() - most).exp() / whole,
@@ -206,8 +234,10 @@ impl<'p> Beside<'p> {
                 errors: fit.errors.clone().unwrap_or_else(|| self.errors.clone()),
             }
         };
-        let sets = all.iter().take(MOST_SETS).map(of).collect();
-        Places { sets, tried: candidates.len(), scales: self.scales.clone() }
+        let mut found: Vec<(Fit, (f64, Vec<FoundWay>))> = all.into_iter().zip(ways).collect();
+        found.sort_by(|a, b| b.0.log_posterior().total_cmp(&a.0.log_posterior()));
+        let sets = found.into_iter().take(MOST_SETS).map(of).collect();
+        Places { sets, tried: candidates.len(), scales: named }
     }
 }
 
@@ -229,11 +259,54 @@ fn grown(search: &Search<'_>, nothing: &Fit, progress: &dyn Progress) -> Vec<Fit
     all
 }
 
-/// The way in which every amplitude is its mean over the rows.
-fn as_means(members: &[PlaceAndKind]) -> Way {
-    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
-    let cause = |m: &PlaceAndKind| Cause::new(m.hypothesis.clone(), mean(&m.amplitudes), mean(&m.deviations));
-    Way { causes: members.iter().map(cause).collect(), probability: 1.0, is_writable: true }
+/// The best sets of each size, whose laws are looked for, and the others.
+fn best_of_each_size(mut all: Vec<Fit>) -> (Vec<Fit>, Vec<Fit>) {
+    all.sort_by(|a, b| b.log_posterior().total_cmp(&a.log_posterior()));
+    let mut counts = [0; MOST_PLACES + 1];
+    all.into_iter().partition(|fit| {
+        counts[fit.members.len()] += 1;
+        counts[fit.members.len()] <= REFINED
+    })
+}
+
+/// Whether a hypothesis is of the place and effect of another.
+fn is_of(h: &Hypothesis, other: &Hypothesis) -> bool {
+    h.effect == other.effect && h.place == other.place
+}
+
+/// What changes with the temperature of its place instead, of some members, with its answers.
+fn drifts(predictor: &Predictor<'_>, all: &[Hypothesis], members: &[&Hypothesis]) -> Vec<(Hypothesis, Candidate)> {
+    let is_member = |h: &&Hypothesis| members.iter().any(|own| is_of(h, own));
+    let own: Vec<Hypothesis> = all.iter().filter(is_member).cloned().collect();
+    let about = (predictor.scales, predictor.user);
+    let found = signature::steady(predictor.study, predictor.data, &[], &own, about, Some(predictor.fields));
+    let columns = found.map(|found| found.columns).unwrap_or_default();
+    own.into_par_iter().zip(columns).map(|(h, column)| (h.clone(), candidate(predictor, &h, &column))).collect()
+}
+
+/// A way as causes; its laws get names in the scales.
+fn told(way: FoundWay, members: &[PlaceAndKind], drifts: &[(Hypothesis, Candidate)], scales: &mut Scales, problem: &Problem) -> Way {
+    let mut causes = Vec::with_capacity(members.len());
+    for (own, member) in way.causes.into_iter().zip(members) {
+        let h = &member.hypothesis;
+        let mut drifts = drifts.iter().filter(|(drift, _)| is_of(drift, h)).map(|(drift, _)| drift.clone());
+        let under = match (own.rule, own.drift) {
+            (_, Some(d)) => drifts.nth(d).unwrap_or_else(|| h.clone()),
+            (None, None) => h.clone(),
+            (Some(rule), None) => {
+                let law = match rule {
+                    Rule::Listed(law) => law,
+                    Rule::Found(found) => scales.named(found),
+                };
+                own.number.map_or_else(|| h.clone().under_of(law, scales), |number| h.under_found(law, number, scales))
+            }
+        };
+        let (amplitude, deviation) = own.amplitude;
+        causes.push(Cause::new(under.clone(), amplitude * under.scale, deviation * under.scale));
+    }
+    let lines = |cause: &Cause| cause.hypothesis.written(&problem.study, &problem.data, scales, &problem.user, cause.amplitude);
+    let is_writable = causes.iter().all(|cause| matches!(lines(cause), Ok(Some(_))));
+    Way { causes, probability: way.probability, is_writable }
 }
 
 /// The best of some fits about the machine with their sets in force, most probable first.

@@ -1,6 +1,6 @@
 //! How an amplitude may run over the rows of a table: alike in all, smooth over one variable, and new in every row.
 
-use nalgebra::{DMatrix, SymmetricEigen};
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 /// Lengths over which a smooth amplitude changes, in standard deviations of its variable over the rows. Chosen: powers follow the first,
 /// friction that falls within a sixth of the range the second; shorter ones are the amplitude that is new in every row.
@@ -22,6 +22,13 @@ pub struct Profiles {
     pub of: Vec<Option<Curve>>,
 }
 
+/// Standard deviation of a variable over the rows.
+fn deviation(values: &[f64]) -> f64 {
+    let n = values.len().max(1) as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    (values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n).sqrt()
+}
+
 impl Profiles {
     /// The constant alone.
     pub fn constant(rows: usize) -> Self {
@@ -30,12 +37,11 @@ impl Profiles {
 
     /// With smooth functions of each of some variables, given by their values in the rows: variables that do not vary have none.
     pub fn smooth(rows: usize, variables: &[Vec<f64>]) -> Self {
-        let mut columns = vec![nalgebra::DVector::from_element(rows, 1.0)];
+        let mut columns = vec![DVector::from_element(rows, 1.0)];
         let mut of = vec![None];
         for (v, values) in variables.iter().enumerate() {
             let n = rows.max(1) as f64;
-            let mean = values.iter().sum::<f64>() / n;
-            let deviation = (values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n).sqrt();
+            let (mean, deviation) = (values.iter().sum::<f64>() / n, deviation(values));
             if deviation <= ALIKE * mean.abs() || deviation == 0.0 {
                 continue;
             }
@@ -57,6 +63,41 @@ impl Profiles {
             }
         }
         Self { functions: DMatrix::from_columns(&columns), of }
+    }
+
+    /// With further functions, which belong to curves of variables beyond these.
+    pub fn with_laws<'a>(&self, laws: impl Iterator<Item = (Curve, &'a [f64])>) -> Self {
+        let mut columns: Vec<DVector<f64>> = self.functions.column_iter().map(|column| column.into_owned()).collect();
+        let mut of = self.of.clone();
+        for (curve, factors) in laws {
+            columns.push(DVector::from_column_slice(factors));
+            of.push(Some(curve));
+        }
+        Self { functions: DMatrix::from_columns(&columns), of }
+    }
+
+    /// The smooth part of some amplitudes along a curve, at other values of its variable than those in the rows.
+    pub fn continued(&self, curve: Curve, values: &[f64], amplitudes: &[f64], at: &[f64]) -> Vec<f64> {
+        let n = values.len().max(1) as f64;
+        let mean = amplitudes.iter().sum::<f64>() / n;
+        let own = DVector::from_column_slice(amplitudes);
+        // Weights of the centred kernels of the rows: each function is an eigenvector times the root of its eigenvalue.
+        let mut weights = DVector::zeros(values.len());
+        for (f, _) in self.of.iter().enumerate().filter(|(_, of)| **of == Some(curve)) {
+            let function = self.functions.column(f);
+            let variance = function.norm_squared();
+            weights.axpy(function.dot(&own) / (variance * variance), &function, 1.0);
+        }
+        let scale = LENGTHS[curve.1] * deviation(values);
+        let near = |a: f64, b: f64| (-0.5 * ((a - b) / scale).powi(2)).exp();
+        let mean_near: Vec<f64> = values.iter().map(|a| values.iter().map(|b| near(*a, *b)).sum::<f64>() / n).collect();
+        let all = mean_near.iter().sum::<f64>() / n;
+        let value = |x: &f64| {
+            let own = values.iter().map(|b| near(*x, *b)).sum::<f64>() / n;
+            let kernel = values.iter().zip(&mean_near).map(|(b, mean)| near(*x, *b) - own - mean + all);
+            mean + kernel.zip(&weights).map(|(kernel, weight)| kernel * weight).sum::<f64>()
+        };
+        at.iter().map(value).collect()
     }
 
     /// All curves.

@@ -138,7 +138,7 @@ impl<'a> Search<'a> {
         self.rows.first().map_or(0, |(_, rows)| rows.ranges.len())
     }
 
-    fn rows_at(&self, disturbance: f64) -> &Rows {
+    pub fn rows_at(&self, disturbance: f64) -> &Rows {
         let found = self.rows.iter().find(|(size, _)| *size == disturbance);
         &found.unwrap_or(&self.rows[0]).1
     }
@@ -151,12 +151,14 @@ impl<'a> Search<'a> {
         members.iter().map(|m| (expected * self.candidates[*m].rate / all).ln()).sum::<f64>() - expected
     }
 
-    fn price(&self, freedoms: &[Freedom], looseness: Looseness) -> f64 {
+    /// What choices cost that are not the plainest.
+    pub fn price(&self, freedoms: &[Freedom], looseness: Looseness) -> f64 {
         let s = self.settings;
         let chosen = |is: bool| s.choice_price * f64::from(u8::from(is));
-        // A curve pays for the choice of its variable and its length too.
+        // A curve pays for the choice of its variable and its length too; a law is paid for where it is chosen.
         let all = self.variables.len().max(1) * LENGTHS.len();
-        let curve = |f: &Freedom| f.curve.map_or(0.0, |_| s.choice_price + (all as f64).ln());
+        let is_of_variable = |(variable, _): &Curve| *variable < self.variables.len();
+        let curve = |f: &Freedom| f.curve.filter(|(own, _)| is_of_variable(own)).map_or(0.0, |_| s.choice_price + (all as f64).ln());
         freedoms.iter().map(|f| chosen(f.freedom > 0.0) + chosen(f.size > s.sizes[0]) + curve(f)).sum::<f64>()
             + s.spread_price * looseness.spread
             + s.disturbance_price * looseness.disturbance
@@ -178,7 +180,7 @@ impl<'a> Search<'a> {
     }
 
     /// The linear model about amplitudes: the residual without the members (K), and one column for each, K per scale.
-    fn linear(&self, members: &[usize], amplitudes: &[Vec<f64>], excess: Option<&[f64]>) -> Linear {
+    pub fn linear(&self, members: &[usize], amplitudes: &[Vec<f64>], excess: Option<&[f64]>) -> Linear {
         let mut residual = self.residual.to_vec();
         if let Some(excess) = excess {
             residual.iter_mut().zip(excess).for_each(|(r, e)| *r -= e);
@@ -284,9 +286,13 @@ impl<'a> Search<'a> {
 
     /// Fits a set from where it begins.
     pub fn fit(&self, begun: Fit) -> Fit {
+        self.fitted(begun, false)
+    }
+
+    /// The same; amplitudes that are settled keep their freedoms and curves.
+    pub fn fitted(&self, begun: Fit, mut is_settled: bool) -> Fit {
         let mut fit = begun;
         let bent = fit.members.iter().filter(|m| matches!(self.candidates[**m].answer, Answer::Bent(_))).count();
-        let mut is_settled = false;
         for iteration in 0..MOST_ITERATIONS {
             let excess = if bent > 1 { self.excess(&fit) } else { None };
             let linear = self.linear(&fit.members, &fit.amplitudes, excess.as_deref());
@@ -333,7 +339,7 @@ impl<'a> Search<'a> {
     }
 
     /// What several causes change together beyond the sum of their own changes, K, at their mean amplitudes.
-    fn excess(&self, fit: &Fit) -> Option<Vec<f64>> {
+    pub fn excess(&self, fit: &Fit) -> Option<Vec<f64>> {
         let mean = |own: &Vec<f64>| own.iter().sum::<f64>() / own.len().max(1) as f64;
         let at: Vec<(usize, f64)> = fit.members.iter().zip(&fit.amplitudes).map(|(m, own)| (*m, mean(own))).collect();
         let mut excess = (self.together)(&at)?;

@@ -64,9 +64,9 @@ impl MachineEdit<'_> {
         self.scales.expression(self.hypothesis.law)
     }
 
-    /// When it acts, as an expression of formulas; `None` where it is always alike.
+    /// How it follows the condition, as an expression of formulas; `None` where it is always alike.
     pub fn when(&self) -> Option<String> {
-        self.hypothesis.law.says_when().then(|| self.law())
+        self.hypothesis.law.is_formula().then(|| self.law())
     }
 
     /// Key of a table that is added: `source."diagnosed heat source gear"`.

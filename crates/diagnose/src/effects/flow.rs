@@ -137,6 +137,11 @@ impl Family for Flow {
         matches!(self, Self::Inlet(_) | Self::Rate(_) | Self::BoundaryFilm(_))
     }
 
+    /// The line to a circuit has a law of its own.
+    fn has_formula_of(&self, law: Law) -> bool {
+        self.says_when() || matches!(self, Self::Line(_)) && law == Law::InverseFlow
+    }
+
     /// A flow that changes at once sends fronts through the water, which the screen of logs follows to a twentieth only.
     fn follows_time(&self) -> bool {
         self.says_when() && !matches!(self, Self::Rate(_))

@@ -15,6 +15,8 @@ pub enum Law {
     Temperature,
     /// By a variable of the machine (an index into its variables).
     Of(usize, Form),
+    /// One that was found from the data (an index into those of its [`super::Scales`]).
+    Found(usize),
 }
 
 /// How an effect depends on one variable.
@@ -97,7 +99,13 @@ impl Law {
             Self::InverseFlow => "in proportion to one over the coolant flow",
             Self::Temperature => "in proportion to the temperature",
             Self::Of(..) => "with a variable of the machine",
+            Self::Found(_) => "by a law of its own",
         }
+    }
+
+    /// Whether a formula of the condition has to be written for it.
+    pub(crate) fn is_formula(self) -> bool {
+        !matches!(self, Self::Constant | Self::Temperature)
     }
 
     /// Whether it has a number that is found from the data.

@@ -91,7 +91,7 @@ impl Family for Leak {
                 vec![(format!("node.{}", quoted(&node)), held), (edit.added("contact"), contact)]
             }
             Self::Film(p) => vec![(edit.added("boundary"), film(edit.machine(), p, edit.positive(), &edit.surroundings()?))],
-            Self::Link(a, b) => vec![(edit.added("contact"), conductor([edit.group(a), edit.group(b)], edit.positive(), None))],
+            Self::Link(a, b) => vec![(edit.added("contact"), conductor([edit.group(a), edit.group(b)], edit.positive(), edit.when()))],
             Self::Convection(n) | Self::Radiation(n) => {
                 let law = if matches!(self, Self::Convection(_)) {
                     format!("free_convection = \"vertical_plate\", length = \"{HEIGHT} m\", fluid_temperature")
@@ -147,6 +147,10 @@ impl Family for Leak {
         matches!(self, Self::Surroundings(_))
     }
 
+    fn has_formula_of(&self, _law: Law) -> bool {
+        matches!(self, Self::Surroundings(_) | Self::Link(..))
+    }
+
     fn quantity(&self, _law: Law) -> Quantity {
         match self {
             Self::Surroundings(_) | Self::Link(..) => Quantity::plain("conductance", "W/K"),
@@ -169,7 +173,7 @@ impl Family for Leak {
                 format!("{place} loses heat to the surroundings by free convection: as an upright plate of {}", told.range(" m2"))
             }
             Self::Radiation(_) => format!("{place} radiates to the surroundings: as a black surface of {}", told.range(" m2")),
-            Self::Link(..) => format!("something conducts heat between {}: {}", told.both_places(), told.range(" W/K")),
+            Self::Link(..) => format!("something conducts heat between {}: {}{}", told.both_places(), told.range(" W/K"), told.when()),
         }
     }
 }

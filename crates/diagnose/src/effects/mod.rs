@@ -8,6 +8,7 @@
 
 mod derivative;
 mod file;
+mod found;
 mod ground;
 mod law;
 mod prior;
@@ -28,6 +29,7 @@ use super::Discrepancy;
 pub use derivative::{Change, Disturbances, EffectDerivatives};
 use file::{Lines, MachineEdit};
 use ground::PathLaw;
+pub use found::{Axis, Course, FoundLaw, Sequence};
 pub use ground::{Ground, Shares};
 pub use law::{Form as LawForm, Law, LawNumber};
 pub use scales::Scales;
@@ -153,6 +155,11 @@ trait Family {
         false
     }
 
+    /// Whether its lines can follow a law by a formula of the condition.
+    fn has_formula_of(&self, _law: Law) -> bool {
+        self.says_when()
+    }
+
     /// Whether it can also set in or grow in the course of a log.
     fn follows_time(&self) -> bool {
         self.says_when()
@@ -255,8 +262,8 @@ impl Hypothesis {
     }
 
     /// The same under a law of some data.
-    fn under_of(self, law: Law, scales: &Scales) -> Self {
-        Self { law_of: matches!(law, Law::Of(..)).then(|| scales.words(law)), ..self.under(law) }
+    pub(crate) fn under_of(self, law: Law, scales: &Scales) -> Self {
+        Self { law_of: matches!(law, Law::Of(..) | Law::Found(_)).then(|| scales.words(law)), ..self.under(law) }
     }
 
     /// The same under a law whose number was found from the data.
@@ -290,6 +297,10 @@ impl Hypothesis {
     /// # Errors
     /// A key of the file cannot be read.
     pub fn sets(&self, study: &Study, scales: &Scales, user: &[UserKind], amplitude: f64) -> Result<Lines> {
+        let is_said = !self.law.is_formula() || self.effect.family().has_formula_of(self.law) && scales.has_formula(self.law);
+        if !self.is_sensor() && !is_said {
+            return Ok(None);
+        }
         self.effect.family().lines(&MachineEdit { study, scales, user, hypothesis: self, amplitude })
     }
 
@@ -300,7 +311,7 @@ impl Hypothesis {
     pub fn written(&self, study: &Study, data: &Data, scales: &Scales, user: &[UserKind], amplitude: f64) -> Result<Lines> {
         match self.sensor() {
             // The machine file has no words for a sensor whose error is not always alike.
-            Some(_) if self.law.says_when() => Ok(None),
+            Some(_) if self.law.is_formula() => Ok(None),
             Some(sensor) => sensor.written(study, data, amplitude),
             None => self.sets(study, scales, user, amplitude),
         }
@@ -379,8 +390,8 @@ impl Hypothesis {
     }
 
     /// What it does to predicted readings (rows, then sensors) beside the machine: sensors' own errors.
-    pub fn read(&self, data: &Data, predicted: &[f64], amplitude: f64) -> Vec<f64> {
-        self.sensor().map_or_else(|| predicted.to_vec(), |sensor| sensor.read(self.law, data, predicted, amplitude))
+    pub fn read(&self, scales: &Scales, data: &Data, predicted: &[f64], amplitude: f64) -> Vec<f64> {
+        self.sensor().map_or_else(|| predicted.to_vec(), |sensor| sensor.read((self.law, scales), data, predicted, amplitude))
     }
 }
 

@@ -1,5 +1,6 @@
 //! Laws in numbers: where they are one, which of them data can show, and how they are written.
 
+use super::found::{Axis, FoundLaw};
 use super::law::{EXPONENTS, Form, HUNDREDTHS, Law, LawNumber, ONSET, PARTS, nine_digits};
 use crate::when::{FALLEN, TEST_NUMBER};
 use coldplate_base::condition;
@@ -30,6 +31,7 @@ pub struct Scales {
     time_at: Option<usize>,
     counts: Vec<Count>,
     variables: Vec<VariableScale>,
+    found: Vec<FoundLaw>,
 }
 
 /// A count in the data: the number of the test, or whether a variable has fallen.
@@ -223,7 +225,7 @@ impl Scales {
         let mut flows: Vec<f64> = flow_at.map_or(Vec::new(), |v| values(v).collect());
         flows.sort_by(f64::total_cmp);
         let flow = flows.get(flows.len() / 2).copied().unwrap_or(0.0);
-        Self { speed, flow, speed_at, flow_at, time_at, counts, variables }
+        Self { speed, flow, speed_at, flow_at, time_at, counts, variables, found: Vec::new() }
     }
 
     /// Whether a variable, given by its place among the machine's, is more than one value in the data; one that is nothing throughout does not
@@ -267,7 +269,7 @@ impl Scales {
     }
 
     /// Whether a variable is the time or a count.
-    fn says_when(&self, variable: usize) -> bool {
+    pub(crate) fn says_when(&self, variable: usize) -> bool {
         self.time_at == Some(variable) || self.counts.iter().any(|count| count.variable == variable)
     }
 
@@ -339,6 +341,9 @@ impl Scales {
 
     /// A law in words, its variable by name.
     pub fn words(&self, law: Law) -> String {
+        if let Some(found) = self.found(law) {
+            return found.words();
+        }
         let Law::Of(v, form) = law else { return law.words().into() };
         let own = &self.variables[v];
         let name = own.shown.as_str();
@@ -367,11 +372,59 @@ impl Scales {
         format!("{} ({} to {})", self.words(law), shown(number.low), shown(number.high))
     }
 
-    /// Factor of a law at a condition; `None` where the law needs a temperature.
+    /// A law that was found; none where it is one of a list.
+    pub fn found(&self, law: Law) -> Option<&FoundLaw> {
+        if let Law::Found(k) = law { self.found.get(k) } else { None }
+    }
+
+    /// The name of a law that was found, from now on known here.
+    pub(crate) fn named(&mut self, found: FoundLaw) -> Law {
+        let known = self.found.iter().position(|own| *own == found);
+        Law::Found(known.unwrap_or_else(|| {
+            self.found.push(found);
+            self.found.len() - 1
+        }))
+    }
+
+    /// A variable as laws have it, with its levels in the data, rising.
+    pub(crate) fn axis(&self, variable: usize) -> (Axis, &[f64]) {
+        let own = &self.variables[variable];
+        let (shown, name, unit) = (own.shown.clone(), own.name.clone(), own.unit.clone());
+        (Axis { variable, shown, name, unit, per_unit: own.per_unit, least: own.least, most: own.most }, &own.levels)
+    }
+
+    /// Laws of one variable that is not negative: in proportion, by the square and by one over it where that is.
+    pub(crate) fn named_laws(&self, variable: usize) -> Vec<Law> {
+        let of = |form: Form| match form {
+            Form::Proportional if self.speed_at == Some(variable) => Law::Speed,
+            Form::Squared if self.speed_at == Some(variable) => Law::SpeedSquared,
+            Form::Inverse if self.flow_at == Some(variable) => Law::InverseFlow,
+            form => Law::Of(variable, form),
+        };
+        let own = &self.variables[variable];
+        let inverse = (own.least > VARIES * own.largest()).then_some(Form::Inverse);
+        [Form::Proportional, Form::Squared].into_iter().chain(inverse).map(of).collect()
+    }
+
+    /// Whether formulas of a machine file can say a law: not what depends on the order of the rows.
+    pub fn has_formula(&self, law: Law) -> bool {
+        self.found(law).is_none_or(|found| found.expression().is_some())
+    }
+
+    /// Factors of a law at conditions that follow each other.
+    pub fn factors(&self, law: Law, conditions: &[&Condition]) -> Vec<f64> {
+        match self.found(law) {
+            Some(found) => found.factors(conditions),
+            None => conditions.iter().map(|condition| self.factor(law, condition)).collect(),
+        }
+    }
+
+    /// Factor of a law at a condition; one of laws in a temperature, and of what depends on the order of the rows.
     pub fn factor(&self, law: Law, condition: &Condition) -> f64 {
         let speed = self.speed_at.map_or(0.0, |v| condition.si()[v]) / if self.speed > 0.0 { self.speed } else { 1.0 };
         match law {
             Law::Constant | Law::Temperature => 1.0,
+            Law::Found(_) => self.found(law).and_then(|found| found.factor(condition)).unwrap_or(1.0),
             Law::Speed => speed,
             Law::SpeedSquared => speed * speed,
             Law::InverseFlow => {
@@ -405,6 +458,7 @@ impl Scales {
         let rpm = nine_digits(self.speed * 60.0 / std::f64::consts::TAU);
         match law {
             Law::Constant | Law::Temperature => "1".into(),
+            Law::Found(_) => self.found(law).and_then(FoundLaw::expression).unwrap_or_else(|| "1".into()),
             Law::Speed => format!("motor_speed_rpm / {rpm:?}"),
             Law::SpeedSquared => format!("(motor_speed_rpm / {rpm:?})^2"),
             Law::InverseFlow => format!("{:?} / coolant_flow_L_min", nine_digits(self.flow * 60_000.0)),

@@ -5,10 +5,10 @@ use std::collections::{BTreeMap, HashMap};
 use super::file::text;
 use super::law::{Form, nine_digits};
 use super::words::Quantity;
-use super::{Family, Hypothesis, Law, Linearised, Lines, MachineEdit, Site, Told};
+use super::{Family, Hypothesis, Law, Linearised, Lines, MachineEdit, Scales, Site, Told};
 use coldplate_describe::machine::{Machine, SensorResponse, ShownTemperature};
 use coldplate_base::error::Result;
-use coldplate_evidence::measurement::{Data, ReadingRow, whiten};
+use coldplate_evidence::measurement::{Data, whiten};
 use coldplate_base::document::{Document, Leaf, quoted};
 use coldplate_solve::sensitivity::Disturbance;
 use coldplate_solve::study::Study;
@@ -163,8 +163,8 @@ impl Sensor {
         numbers.into_iter().filter(|(_, before, now, _)| before != now).map(line).collect()
     }
 
-    /// What it makes of predicted readings (rows, then sensors), K, under a law that says when or always alike.
-    pub fn read(self, law: Law, data: &Data, predicted: &[f64], amplitude: f64) -> Vec<f64> {
+    /// What it makes of predicted readings (rows, then sensors), K, under a law.
+    pub fn read(self, law: (Law, &Scales), data: &Data, predicted: &[f64], amplitude: f64) -> Vec<f64> {
         let places = whiten::places(data);
         let now = at_rows(law, data, amplitude);
         let mut found = predicted.to_vec();
@@ -175,7 +175,8 @@ impl Sensor {
             Self::Gain(k) => own(k).for_each(|(i, (r, _))| found[i] = SensorResponse::default().with_gain(now[*r]).settled(found[i])),
             Self::Swap(..) => {
                 let others = self.relabelled(&places).unwrap_or_default();
-                others.iter().enumerate().for_each(|(i, other)| found[i] += amplitude * (predicted[*other] - predicted[i]));
+                let moved = others.iter().zip(&places).enumerate();
+                moved.for_each(|(i, (other, (r, _)))| found[i] += now[*r] * (predicted[*other] - predicted[i]));
             }
             Self::Lag(k) => {
                 // First-order lag behind the predicted course, which runs straight between the rows of each test.
@@ -221,12 +222,13 @@ fn renamed(leaf: &Leaf, [a, b]: [&str; 2]) -> Leaf {
 }
 
 /// An amplitude at every row.
-fn at_rows(law: Law, data: &Data, amplitude: f64) -> Vec<f64> {
-    let times = || data.rows.iter().map(|row| row.time.unwrap_or(0.0));
-    let (first, last) = times().fold((f64::INFINITY, f64::NEG_INFINITY), |(first, last), t| (first.min(t), last.max(t)));
-    let factor = |(row, time): (&ReadingRow, f64)| match law {
-        Law::Of(v, form @ (Form::At(_) | Form::From(_))) => form.at_count(row.condition.si()[v]).unwrap_or(1.0),
-        _ => law.at_share_of_time((time - first) / (last - first).max(f64::MIN_POSITIVE)),
+fn at_rows((law, scales): (Law, &Scales), data: &Data, amplitude: f64) -> Vec<f64> {
+    let factors = if let Law::Of(_, Form::Passed | Form::After(_)) = law {
+        let times = || data.rows.iter().map(|row| row.time.unwrap_or(0.0));
+        let (first, last) = times().fold((f64::INFINITY, f64::NEG_INFINITY), |(first, last), t| (first.min(t), last.max(t)));
+        times().map(|time| law.at_share_of_time((time - first) / (last - first).max(f64::MIN_POSITIVE))).collect()
+    } else {
+        scales.factors(law, &data.rows.iter().map(|row| &row.condition).collect::<Vec<_>>())
     };
-    data.rows.iter().zip(times()).map(|pair| amplitude * factor(pair)).collect()
+    factors.into_iter().map(|factor| amplitude * factor).collect()
 }

@@ -84,9 +84,9 @@ impl Told<'_> {
         if self.is_constant() { String::new() } else { format!(", {}", self.hypothesis.law_words()) }
     }
 
-    /// When it acts, to end a sentence with, where its law says that; nothing for others.
+    /// How it follows the condition, to end a sentence with; nothing where it is always alike.
     pub fn when(&self) -> String {
-        if self.hypothesis.law.says_when() { self.law() } else { String::new() }
+        if self.hypothesis.law.is_formula() { self.law() } else { String::new() }
     }
 
     /// Where a number holds that follows a law; nothing of one that says where itself.
@@ -96,7 +96,7 @@ impl Told<'_> {
             Law::InverseFlow => " at the middle flow",
             Law::Of(_, LawForm::Proportional | LawForm::Squared | LawForm::Power(_)) => " where that is most",
             Law::Of(_, LawForm::Inverse) => " where that is in the middle",
-            Law::Constant | Law::Temperature | Law::Of(..) => "",
+            Law::Constant | Law::Temperature | Law::Of(..) | Law::Found(_) => "",
         }
     }
 

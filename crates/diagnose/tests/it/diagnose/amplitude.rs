@@ -157,28 +157,38 @@ const NOISE: f64 = 0.05;
 const RPM: f64 = std::f64::consts::TAU / 60.0;
 
 /// What is at hand in one row: motor speed in rpm, hours, position in mm, the number of the row.
-struct Row {
-    rpm: f64,
-    hours: f64,
-    position: f64,
-    number: usize,
+pub struct Row {
+    pub rpm: f64,
+    pub hours: f64,
+    pub position: f64,
+    pub number: usize,
 }
 
 /// Makes a table of 16 rows from a machine whose file is edited row by row, with numbers off by 1 %, and readings that are changed at last.
-fn table(seed: u64, edits: impl Fn(&Row) -> Vec<(String, String)>, read: impl Fn(&Row, &mut Vec<f64>, f64)) -> (Problem, Vec<Row>) {
+pub fn table(seed: u64, edits: impl Fn(&Row) -> Vec<(String, String)>, read: impl Fn(&Row, &mut Vec<f64>, f64)) -> (Problem, Vec<Row>) {
+    table_of((16, 0.01), seed, edits, read)
+}
+
+/// The same with another number of rows, and numbers that are off by another share.
+pub fn table_of(
+    (count, spread): (usize, f64),
+    seed: u64,
+    edits: impl Fn(&Row) -> Vec<(String, String)>,
+    read: impl Fn(&Row, &mut Vec<f64>, f64),
+) -> (Problem, Vec<Row>) {
     let machine = Document::parse(HEAD, "head.toml").unwrap();
     let study = Study::new(machine.clone(), None).unwrap();
     let mut random = Random::new(seed);
     let mut truth = machine.clone();
     for key in machine.keys().into_iter().filter(|key| key.ends_with(".total_conductance")) {
         let now = study.parameter(&key).unwrap().value;
-        truth.apply_set(&key, &format!("\"{} W/K\"", now * (0.01 * random.normal()).exp())).unwrap();
+        truth.apply_set(&key, &format!("\"{} W/K\"", now * (spread * random.normal()).exp())).unwrap();
     }
     let variables = &study.model.machine.variables;
     let sensors: Vec<usize> = (0..study.model.machine.sensors.len()).collect();
     let own: Vec<f64> = sensors.iter().map(|_| 0.06 * random.normal()).collect();
     let (mut rows, mut known) = (Vec::new(), Vec::new());
-    for number in 0..16 {
+    for number in 0..count {
         let row = Row {
             rpm: 300.0 + 5700.0 * random.unit(),
             hours: 1500.0 * random.unit(),
@@ -252,21 +262,21 @@ fn front(name: &str, problem: &Problem) -> PlaceSet {
 }
 
 /// Whether a set has one cause of a kind at a place, and nothing else.
-fn only<'a>(set: &'a PlaceSet, kind: &str, place: &str) -> &'a PlaceAndKind {
+pub fn only<'a>(set: &'a PlaceSet, kind: &str, place: &str) -> &'a PlaceAndKind {
     let [own] = &set.members[..] else { panic!("{} causes", set.members.len()) };
     assert_eq!((own.hypothesis.kind(), own.hypothesis.place.as_str()), (kind, place));
     own
 }
 
-fn line(key: &str, value: String) -> Vec<(String, String)> {
+pub fn line(key: &str, value: String) -> Vec<(String, String)> {
     vec![(key.into(), format!("\"{value}\""))]
 }
 
-fn stribeck(row: &Row) -> f64 {
+pub fn stribeck(row: &Row) -> f64 {
     60.0 * (-row.rpm / 900.0).exp()
 }
 
-fn friction(row: &Row) -> Vec<(String, String)> {
+pub fn friction(row: &Row) -> Vec<(String, String)> {
     line("source.front.power", format!("{} W", 0.025 * row.rpm + stribeck(row)))
 }
 
@@ -275,7 +285,7 @@ fn jammed(row: &Row) -> Vec<(String, String)> {
     line("contact.screw_nut.total_conductance", format!("{} W/K", if row.position > 200.0 { 1.5 } else { 5.0 }))
 }
 
-const AS_IT_IS: fn(&Row, &mut Vec<f64>, f64) = |_, _, _| {};
+pub const AS_IT_IS: fn(&Row, &mut Vec<f64>, f64) = |_, _, _| {};
 
 /// Numbers that are off by 1 % are no cause.
 #[test]

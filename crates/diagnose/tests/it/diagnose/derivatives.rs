@@ -98,7 +98,7 @@ impl Case {
             return Ok(None);
         }
         let at =
-            |amplitude: f64| -> Result<Vec<f64>> { Ok(h.read(&self.data, &self.run(&lines(amplitude)?.unwrap_or_default())?, amplitude)) };
+            |amplitude: f64| -> Result<Vec<f64>> { Ok(h.read(scales, &self.data, &self.run(&lines(amplitude)?.unwrap_or_default())?, amplitude)) };
         let slope = |(more, less): (&Vec<f64>, &Vec<f64>), width: f64| -> Vec<f64> {
             more.iter().zip(less).map(|(a, b)| (a - b) / width).collect()
         };

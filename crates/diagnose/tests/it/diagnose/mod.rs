@@ -21,6 +21,7 @@ mod restless;
 mod sizes;
 mod straight;
 mod ties;
+mod ways;
 mod when;
 
 use coldplate_base::progress::Silent;
