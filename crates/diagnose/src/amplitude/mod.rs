@@ -1,14 +1,19 @@
 //! The amplitude first: causes as places and kinds whose size is free in every condition.
 //!
 //! A hypothesis says where and of which kind a cause is, not by which law it acts. All readings of a condition together decide whether a place
-//! and a kind fit, whatever law governs them; the amplitudes that come out are the law, as a curve.
+//! and a kind fit, whatever law governs them; the amplitudes that come out are the law, as a curve. In logs an amplitude is a mean, a law of the
+//! columns of the table, and a smooth curve in time.
 
+mod choices;
 mod evidence;
+mod logs;
+mod low_rank;
 mod profiles;
 mod response;
 mod rows;
 mod search;
 mod settings;
+mod sizing;
 
 use rayon::prelude::*;
 
@@ -17,15 +22,18 @@ use super::predictor::{KnownSlopes, Predictor};
 use super::view::Comparison;
 use super::{Cause, Problem};
 use super::{history, signature};
-use coldplate_base::error::{Error, Result};
+use coldplate_base::error::Result;
 use coldplate_base::progress::Progress;
 use coldplate_evidence::measurement::{ReadingRow, whiten};
 use coldplate_network::Load;
 use evidence::Explained;
+use logs::{Log, rows_that_count};
+use profiles::Profiles;
 use response::{Answer, Response};
 use rows::Errors;
-use search::{Candidate, Fit, Search};
+use search::{Candidate, Fit, Search, Solved};
 pub use settings::AmplitudeSettings;
+use sizing::Sizing;
 
 /// Amplitudes at which the machine is solved for each cause that bends, in units of its scale.
 const KNOTS: [f64; 6] = [-5.0, -2.5, -1.0, 1.0, 2.5, 5.0];
@@ -33,6 +41,10 @@ const KNOTS: [f64; 6] = [-5.0, -2.5, -1.0, 1.0, 2.5, 5.0];
 const MOST_PLACES: usize = 4;
 /// Sets of each size that are fitted about the machine with the set in force.
 const REFINED: usize = 10;
+/// The same of logs of a machine of cells, each of which takes several runs.
+const REFINED_OF_CELLS: usize = 3;
+/// Causes that bend and are run at several amplitudes in logs of a machine of cells: those whose slopes explain most.
+const RUN_OF_CELLS: usize = 12;
 /// Sets that are reported.
 const MOST_SETS: usize = 12;
 
@@ -41,13 +53,14 @@ const MOST_SETS: usize = 12;
 pub struct PlaceAndKind {
     /// Which.
     pub hypothesis: Hypothesis,
-    /// Amplitude in each row of the table, in the hypothesis' unit.
+    /// Amplitude in each row with readings, in the hypothesis' unit.
     pub amplitudes: Vec<f64>,
     /// Standard deviation of the amplitude in each row, in the hypothesis' unit.
     pub deviations: Vec<f64>,
     /// Whether every row may have its own.
     pub is_free: bool,
-    /// The variable over which it runs smoothly, if it does; `row` is the order of the rows.
+    /// The variable over which it runs, if it does: `row` is the order of the rows of a table, `time` what has passed in logs. Variables that
+    /// it is in proportion to are joined by `, `.
     pub over: Option<String>,
 }
 
@@ -79,29 +92,29 @@ pub struct PlaceSet {
     pub spread: f64,
     /// The disturbance, as a share of the machine's mean heat.
     pub disturbance: f64,
+    /// Error of each sensor of a log that wanders with the time, K.
+    pub wandering: f64,
 }
 
-/// Places and kinds that a table of readings asks for.
+/// Places and kinds that readings ask for.
 #[derive(Debug, Clone)]
 pub struct Places {
     /// Sets, most probable first.
     pub sets: Vec<PlaceSet>,
     /// Places and kinds that were tried, each fitted to the end.
     pub tried: usize,
+    /// Causes among them that were followed by their slope alone, however large they are: in logs of a machine of cells all but the best.
+    pub by_slope: usize,
     /// Where the laws of its ways are one.
     pub scales: Scales,
 }
 
-/// Finds the places and kinds that a steady table asks for.
+/// Finds the places and kinds that steady tables or logs ask for.
 ///
 /// # Errors
-/// The machine as it is cannot be solved at the data's conditions; the data are a log.
+/// The machine as it is cannot be solved at the data's conditions.
 pub fn places(problem: &Problem, settings: &AmplitudeSettings, progress: &dyn Progress) -> Result<Places> {
     let (study, data) = (&problem.study, &problem.data);
-    if data.is_transient() {
-        let error = Error::input("amplitudes that are free in every row are found in steady tables, and this is a log");
-        return Err(error.help("leave --amplitudes out, or state the steady end of each test as a row of a table without a time"));
-    }
     let scales = Scales::of(data, &study.model.machine);
     let mut catalogue = hypotheses(study, data, &problem.user);
     catalogue.retain(|h| h.law == h.effect.usual_law() && !problem.without.iter().any(|kind| kind == h.kind()));
@@ -120,31 +133,58 @@ pub fn places(problem: &Problem, settings: &AmplitudeSettings, progress: &dyn Pr
     progress.say(&format!("{} places and kinds, each at several amplitudes", catalogue.len()));
     let known = (catalogue.iter().zip(&base.found.columns)).collect::<Vec<_>>();
     let visible: Vec<(&Hypothesis, &Vec<f64>)> = known.into_iter().filter(|(_, column)| column.iter().any(|c| c.abs() > 1e-9)).collect();
-    let candidates: Vec<Candidate> = visible.par_iter().map(|(h, column)| candidate(&predictor, h, column)).collect();
-    let errors = errors(problem, &base, &catalogue);
+    let sizes: Vec<Sizing> = visible.iter().map(|(h, _)| Sizing::of(h, &study.model.network, is_straight(h))).collect();
+    let is_log = data.is_transient();
+    let is_costly = is_log && study.model.mesh.cells > 0;
+    let mut candidates: Vec<Candidate> =
+        visible.par_iter().zip(&sizes).map(|(own, size)| candidate(&predictor, *own, *size, !is_costly)).collect();
+    let log = is_log.then(|| Log::new(problem, &predictor, &base, (&visible, &sizes), settings));
     let together = |members: &[(usize, f64)]| -> Option<Vec<f64>> {
-        let with: Vec<(&Hypothesis, f64)> = members.iter().map(|(m, a)| (visible[*m].0, a * visible[*m].0.scale)).collect();
+        let with: Vec<(&Hypothesis, f64)> = members.iter().map(|(m, a)| (visible[*m].0, sizes[*m].amplitude(*a))).collect();
         Some(difference(&predictor.predict(&with).ok()?, predictor.predicted))
     };
-    // Rows without a reading say nothing.
-    let rows: Vec<&ReadingRow> = data.rows.iter().filter(|row| row.has_readings()).collect();
-    let value = |v: usize| rows.iter().map(|row| row.condition.si()[v]).collect::<Vec<f64>>();
-    let own = study.model.machine.variables.iter().enumerate().filter(|(_, variable)| problem.states(&variable.name));
-    let own = own.map(|(v, variable)| (variable.name.clone(), value(v)));
-    // In the order of the rows: what sets in or drifts while a table is taken.
-    let order = ("row".to_string(), (0..rows.len()).map(|row| row as f64).collect());
-    let varies = |(_, values): &(String, Vec<f64>)| values.iter().any(|x| *x != values[0]);
-    let (names, variables): (Vec<String>, Vec<Vec<f64>>) = own.chain([order]).filter(varies).unzip();
-    let numbers_with = |m: usize, a: f64| numbers_with(&predictor, &base, visible[m].0, a * visible[m].0.scale);
-    let search = Search::new(&errors, &base.found.residual, &candidates, settings, (&together, &numbers_with), &variables);
+    let numbers_with = |m: usize, a: f64| numbers_with(&predictor, &base, visible[m].0, sizes[m].amplitude(a));
+    let in_force = |members: &[usize], amplitudes: &[Vec<f64>], with_all: bool| log.as_ref()?.about(members, amplitudes, with_all);
+    let about = log.as_ref().filter(|log| log.is_followed());
+    let solved = Solved { together: &together, numbers_with: &numbers_with, about: about.map(|_| &in_force as search::About<'_>) };
+    let (errors, profiles, names) = match &log {
+        None => {
+            let (names, variables) = variables(problem);
+            let count = rows_that_count(data).len();
+            let profiles = (Profiles::constant(count), Profiles::smooth(count, &variables));
+            (errors(problem, &base, &catalogue), profiles, names)
+        }
+        Some(log) => (log.errors(), log.profiles(), log.names.clone()),
+    };
+    let along = log.as_ref().map(Log::along);
+    let in_time = |m: usize, own: Candidate| match log.as_ref().zip(along.as_ref()) {
+        Some((log, along)) => own.in_time(along[m].clone(), log.runs(visible[m].0)),
+        None => own,
+    };
+    candidates = candidates.into_iter().enumerate().map(|(m, own)| in_time(m, own)).collect();
+    let (profiles, residual) = ((&profiles.0, &profiles.1), &base.found.residual);
+    let by_slope = if is_costly {
+        progress.say("places and kinds by their slopes");
+        let search = Search::new(&errors, residual, &candidates, settings, solved, profiles);
+        let bent = |m: &usize| !is_straight(visible[*m].0);
+        let best: Vec<usize> = search.singles(&search.nothing()).iter().map(|fit| fit.members[0]).filter(bent).take(RUN_OF_CELLS).collect();
+        let run = |m: &usize| (*m, candidate(&predictor, visible[*m], sizes[*m], true));
+        best.par_iter().map(run).collect::<Vec<_>>().into_iter().for_each(|(m, run)| candidates[m] = in_time(m, run));
+        (0..visible.len()).filter(bent).count() - best.len()
+    } else {
+        0
+    };
+    let search = Search::new(&errors, residual, &candidates, settings, solved, profiles);
+    let most_refined = if is_costly { REFINED_OF_CELLS } else { REFINED };
+    let refined = |fits: Vec<Fit>| refined(&search, fits, most_refined);
     let nothing = search.nothing();
     progress.say("places and kinds alone");
-    let mut all = refined(&search, search.singles(&nothing));
+    let mut all = refined(search.singles(&nothing));
     let mut last = all.clone();
     for count in 2..=MOST_PLACES {
         let best = all.first().map_or(f64::NEG_INFINITY, Fit::log_posterior);
         progress.say(&format!("sets of {count}"));
-        last = refined(&search, search.grown(&last));
+        last = refined(search.grown(&last));
         let is_better = last.first().is_some_and(|first| first.log_posterior() > best);
         all.extend(last.iter().cloned());
         if !is_better {
@@ -162,12 +202,16 @@ pub fn places(problem: &Problem, settings: &AmplitudeSettings, progress: &dyn Pr
         let gains = difference(&density, &ground);
         let members = fit.members.iter().enumerate().map(|(m, c)| {
             let h = visible[*c].0;
+            let own = if is_log { profiles.1.course(&fit.amplitudes[m]) } else { fit.amplitudes[m].clone() };
+            let freedom = &fit.freedoms[m];
+            let law = profiles.1.linear().into_iter().filter(|v| freedom.has(*v));
+            let over: Vec<&str> = freedom.curve.map(|((v, _), _)| v).into_iter().chain(law).map(|v| names[v].as_str()).collect();
             PlaceAndKind {
                 hypothesis: h.clone(),
-                amplitudes: fit.amplitudes[m].iter().map(|a| a * h.scale).collect(),
-                deviations: posterior[m].iter().map(|d| d * h.scale).collect(),
-                is_free: fit.freedoms[m].freedom > 0.0,
-                over: fit.freedoms[m].curve.map(|((v, _), _)| names[v].clone()),
+                deviations: posterior[m].iter().zip(&own).map(|(d, a)| d * sizes[*c].slope(*a)).collect(),
+                amplitudes: own.iter().map(|a| sizes[*c].amplitude(*a)).collect(),
+                is_free: freedom.freedom > 0.0,
+                over: (!over.is_empty()).then(|| over.join(", ")),
             }
         });
         let members: Vec<PlaceAndKind> = members.collect();
@@ -179,12 +223,13 @@ pub fn places(problem: &Problem, settings: &AmplitudeSettings, progress: &dyn Pr
             kept_out: sum_and_error(&gains),
             spread: fit.looseness.spread,
             disturbance: fit.looseness.disturbance,
+            wandering: fit.looseness.wandering,
         }
     };
     all.push(nothing.clone());
     all.sort_by(|a, b| b.log_posterior().total_cmp(&a.log_posterior()));
     let sets = all.iter().take(MOST_SETS).map(of).collect();
-    Ok(Places { sets, tried, scales: scales.clone() })
+    Ok(Places { sets, tried, by_slope, scales: scales.clone() })
 }
 
 /// The way in which every amplitude is its mean over the rows.
@@ -195,9 +240,10 @@ fn as_means(members: &[PlaceAndKind]) -> Way {
 }
 
 /// The best of some fits about the machine with their sets in force, most probable first.
-fn refined(search: &Search<'_>, mut fits: Vec<Fit>) -> Vec<Fit> {
-    let rest = fits.split_off(fits.len().min(REFINED));
+fn refined(search: &Search<'_>, mut fits: Vec<Fit>, most: usize) -> Vec<Fit> {
+    let rest = fits.split_off(fits.len().min(most));
     let mut all: Vec<Fit> = fits.into_par_iter().map(|fit| search.refined(fit)).chain(rest).collect();
+    all.retain(|fit| fit.log_evidence.is_finite());
     all.sort_by(|a, b| b.log_posterior().total_cmp(&a.log_posterior()));
     all
 }
@@ -225,10 +271,24 @@ fn numbers_with(predictor: &Predictor<'_>, base: &Comparison, h: &Hypothesis, am
 fn seen(search: &Search<'_>, fit: &Fit) -> (Vec<Vec<f64>>, Vec<f64>) {
     let search = search.with_errors_of(fit);
     let (rows, linear) = search.about(fit);
-    let explained = Explained::new(rows, &search.profiles, &linear.residual, &linear.columns, &search.followed(&fit.freedoms));
-    let Some(posterior) = explained.posterior(&fit.freedoms, fit.looseness.spread) else { return Default::default() };
-    let deviations = |m: usize| posterior.covariance(m).diagonal().iter().map(|v| v.max(0.0).sqrt()).collect();
+    let explained = Explained::new(rows, search.profiles, &linear.residual, &linear.slopes, &search.followed(&fit.freedoms));
+    let Some(posterior) = explained.posterior(&fit.freedoms, fit.looseness) else { return Default::default() };
+    let deviations = |m: usize| posterior.variances(m).into_iter().map(f64::sqrt).collect();
     ((0..fit.members.len()).map(deviations).collect(), posterior.kept_out())
+}
+
+/// Variables of a steady table over which an amplitude may run, by name, with their values in the rows with readings; the order of the rows
+/// is the last one.
+fn variables(problem: &Problem) -> (Vec<String>, Vec<Vec<f64>>) {
+    // Rows without a reading say nothing.
+    let rows: Vec<&ReadingRow> = problem.data.rows.iter().filter(|row| row.has_readings()).collect();
+    let value = |v: usize| rows.iter().map(|row| row.condition.si()[v]).collect::<Vec<f64>>();
+    let own = problem.study.model.machine.variables.iter().enumerate().filter(|(_, variable)| problem.states(&variable.name));
+    let own = own.map(|(v, variable)| (variable.name.clone(), value(v)));
+    // In the order of the rows: what sets in or drifts while a table is taken.
+    let order = ("row".to_string(), (0..rows.len()).map(|row| row as f64).collect());
+    let varies = |(_, values): &(String, Vec<f64>)| values.iter().any(|x| *x != values[0]);
+    own.chain([order]).filter(varies).unzip()
 }
 
 fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
@@ -243,15 +303,19 @@ fn sum_and_error(numbers: &[f64]) -> (f64, f64) {
     (n * mean, (n * variance).sqrt())
 }
 
-/// A cause with its answer: straight where heats, offsets and exchanges are, else solved at several amplitudes.
-fn candidate(predictor: &Predictor<'_>, h: &Hypothesis, column: &[f64]) -> Candidate {
+/// Whether the readings answer straight, however large it is.
+fn is_straight(h: &Hypothesis) -> bool {
+    h.is_fixed() || h.reads_course() || matches!(h.effect, Effect::Heat(_) | Effect::User(_))
+}
+
+/// A cause with its answer: straight where heats, offsets and exchanges are, else solved at several amplitudes, if it is to be.
+fn candidate(predictor: &Predictor<'_>, (h, column): (&Hypothesis, &Vec<f64>), size: Sizing, is_solved: bool) -> Candidate {
     let (low, high) = if h.is_fixed() { (0.0, 1.0) } else { h.range() };
-    let range = (low / h.scale, high / h.scale);
-    let slope: Vec<f64> = column.iter().map(|c| c * h.scale).collect();
-    let is_straight = h.is_sensor() || matches!(h.effect, Effect::Heat(_) | Effect::User(_));
+    let range = (size.position(low), size.position(high));
+    let slope: Vec<f64> = column.iter().map(|c| c * size.slope(0.0)).collect();
     let mut answer = Answer::Straight(slope.clone());
-    if !is_straight {
-        let at = |knot: &f64| Some((*knot, difference(&predictor.predict(&[(h, knot * h.scale)]).ok()?, predictor.predicted)));
+    if is_solved && !is_straight(h) {
+        let at = |knot: &f64| Some((*knot, difference(&predictor.predict(&[(h, size.amplitude(*knot))]).ok()?, predictor.predicted)));
         let mut solved: Vec<(f64, Vec<f64>)> = KNOTS.iter().filter(|k| **k >= range.0 && **k <= range.1).filter_map(at).collect();
         solved.push((0.0, vec![0.0; column.len()]));
         solved.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -260,7 +324,8 @@ fn candidate(predictor: &Predictor<'_>, h: &Hypothesis, column: &[f64]) -> Candi
             answer = Answer::Bent(Response::new(knots, changes));
         }
     }
-    Candidate { answer, is_signed: h.is_signed && !h.is_fixed(), range, rate: h.rate(1) }
+    let may_wander = !matches!(h.effect, Effect::Heat(_) | Effect::User(_));
+    Candidate { answer, is_signed: h.is_signed && !h.is_fixed(), range, rate: h.rate(1), may_wander, may_run: true }
 }
 
 /// The covariance of a table's readings without any cause.
@@ -278,6 +343,7 @@ fn errors(problem: &Problem, base: &Comparison, catalogue: &[Hypothesis]) -> Err
         stated: base.errors.shared(),
         numbers: base.errors.numbers().to_vec(),
         heats: of_heat.map(|(_, column)| column.iter().map(|c| c * mean).collect()).collect(),
+        log: None,
     }
 }
 

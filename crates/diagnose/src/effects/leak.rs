@@ -91,7 +91,7 @@ impl Family for Leak {
                 vec![(format!("node.{}", quoted(&node)), held), (edit.added("contact"), contact)]
             }
             Self::Film(p) => vec![(edit.added("boundary"), film(edit.machine(), p, edit.positive(), &edit.surroundings()?))],
-            Self::Link(a, b) => vec![(edit.added("contact"), conductor([edit.group(a), edit.group(b)], edit.positive(), None))],
+            Self::Link(a, b) => vec![(edit.added("contact"), conductor([edit.group(a), edit.group(b)], edit.positive(), edit.when()))],
             Self::Convection(n) | Self::Radiation(n) => {
                 let law = if matches!(self, Self::Convection(_)) {
                     format!("free_convection = \"vertical_plate\", length = \"{HEIGHT} m\", fluid_temperature")

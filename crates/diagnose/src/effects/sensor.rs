@@ -226,6 +226,7 @@ fn at_rows(law: Law, data: &Data, amplitude: f64) -> Vec<f64> {
     let (first, last) = times().fold((f64::INFINITY, f64::NEG_INFINITY), |(first, last), t| (first.min(t), last.max(t)));
     let factor = |(row, time): (&ReadingRow, f64)| match law {
         Law::Of(v, form @ (Form::At(_) | Form::From(_))) => form.at_count(row.condition.si()[v]).unwrap_or(1.0),
+        Law::Of(v, Form::Course) => row.condition.si()[v],
         _ => law.at_share_of_time((time - first) / (last - first).max(f64::MIN_POSITIVE)),
     };
     data.rows.iter().zip(times()).map(|pair| amplitude * factor(pair)).collect()
