@@ -145,7 +145,7 @@ fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnosis> {
         explained: rung.as_ref().map(|rung| rung.predicted.clone()),
         gain: found_gain,
         next,
-        missing: missing::missing(&beside, weighed.looseness()),
+        missing: weighed.empty().map_or_else(Vec::new, |nothing| missing::missing(&beside, nothing)),
         sets: rung.as_ref().map(|rung| rung.sets.clone()),
         rungs: rung.into_iter().collect(),
         noise_share: problem.noise_share,
@@ -291,7 +291,7 @@ impl Weighed<'_> {
     /// The gain where nothing is added to the machine.
     fn without_gain(&self) -> Option<Gain> {
         let empty = self.empty()?;
-        let rows = Rows::new(&empty.errors, empty.looseness.disturbance)?;
+        let rows = Rows::under(&empty.errors, empty.looseness)?;
         Some(Folds::of(&self.beside.problem.data, &rows.ranges)?.gain(self.beside.problem, &self.beside.base, &[]))
     }
 
@@ -320,8 +320,8 @@ impl Weighed<'_> {
         let answer = |verdict, level| Answer { verdict, level, set: decide::set(explanations, settings), something_else: 0.0 };
         let Some(best) = explanations.first().filter(|_| nothing <= 0.5) else {
             let left = self.empty().and_then(|empty| {
-                let rows = Rows::new(&empty.errors, empty.looseness.disturbance)?;
-                Some(rows.metric(empty.looseness.spread).square(&self.beside.base.found.residual))
+                let rows = Rows::under(&empty.errors, empty.looseness)?;
+                Some(rows.metric(empty.looseness).square(&self.beside.base.found.residual))
             });
             let is_open = left.is_none_or(|left| self.is_unusual(&self.looseness(), left, 0));
             let level = decide::Level::nothing(nothing);

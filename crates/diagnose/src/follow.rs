@@ -95,6 +95,15 @@ struct Instant {
     share: f64,
 }
 
+/// Factor on what an effect does along the logs.
+#[derive(Clone, Copy)]
+enum Weight<'a> {
+    /// By a law of the condition.
+    Law(Law),
+    /// By a course: its value at every row of the data, straight between the rows of a test.
+    Course(&'a [f64]),
+}
+
 impl Follower<'_> {
     /// Follows hypotheses and parameters.
     ///
@@ -105,23 +114,13 @@ impl Follower<'_> {
         let variables = study.model.machine.variables.iter().map(|v| study.parameter(&v.name)).collect::<Result<Vec<_>>>()?;
         let variations: Vec<Variation> = uncertain.iter().chain(&variables).map(|p| study.variation(p)).collect::<Result<_>>()?;
         let derivatives = EffectDerivatives::new(study, hypotheses, self.user);
-        let of_hypothesis = |h: &Hypothesis| (derivatives.position(h).unwrap_or(usize::MAX), h.law);
-        let of_parameter = |p: usize| (derivatives.count() + p, Law::Constant);
-        let wanted: Vec<(usize, Law)> = hypotheses.iter().map(of_hypothesis).chain((0..variations.len()).map(of_parameter)).collect();
+        let of_hypothesis = |h: &Hypothesis| (derivatives.position(h).unwrap_or(usize::MAX), Weight::Law(h.law));
+        let of_parameter = |p: usize| (derivatives.count() + p, Weight::Law(Law::Constant));
+        let wanted: Vec<(usize, Weight<'_>)> =
+            hypotheses.iter().map(of_hypothesis).chain((0..variations.len()).map(of_parameter)).collect();
         let turns = self.scales.turns(hypotheses.iter().map(|h| h.law));
         let count = data.count();
-        let mut columns: Vec<Option<Vec<f64>>> = vec![None; wanted.len()];
-        for (t, test) in data.tests().iter().enumerate() {
-            let acting = |moment: &Moment| self.acting(moment, &derivatives, &variations);
-            let acting: Vec<Acting> = self.linear.histories[t].par_iter().map(acting).collect::<Result<_>>()?;
-            for (column, found) in
-                columns.iter_mut().zip(self.of_test(t, test, &instants(&self.linear.histories[t], &turns), &acting, &wanted))
-            {
-                let Some(found) = found.map(|found| self.shown(found)) else { continue };
-                let column = column.get_or_insert_with(|| vec![0.0; count]);
-                found.into_iter().for_each(|(i, value)| column[i] = value);
-            }
-        }
+        let mut columns = self.columns(&derivatives, &variations, &wanted, |_| turns.clone())?;
         let mut along = columns.split_off(hypotheses.len());
         for (column, variation) in along.iter_mut().zip(&variations) {
             if own_key(&variation.parameter, data).is_some() {
@@ -132,6 +131,72 @@ impl Follower<'_> {
             (0..count).map(|i| which.clone().map(|p| along[p].as_ref().map_or(0.0, |column| column[i])).collect()).collect()
         };
         Ok(Followed { columns, slopes: rows(0..uncertain.len()), conditions: rows(uncertain.len()..along.len()) })
+    }
+
+    /// Change of every reading (K) per unit of hypotheses along courses, each given by the place of its hypothesis and a factor at every row of
+    /// the data; `None` for what acts on no node. Courses turn at every `stride`-th row.
+    ///
+    /// # Errors
+    /// A derivative cannot be taken.
+    pub fn along(&self, hypotheses: &[Hypothesis], courses: &[(usize, &[f64])], stride: usize) -> Result<Vec<Option<Vec<f64>>>> {
+        let derivatives = EffectDerivatives::new(self.study, hypotheses, self.user);
+        let of = |(h, _): &(usize, &[f64])| derivatives.position(&hypotheses[*h]).unwrap_or(usize::MAX);
+        let wanted: Vec<(usize, Weight<'_>)> = courses.iter().map(|own| (of(own), Weight::Course(own.1))).collect();
+        self.columns(&derivatives, &[], &wanted, |test| RowsOfTest::new(self.data, test).turns(stride))
+    }
+
+    /// Change of every reading (K) with the temperature of groups at the start of a test, per kelvin; for each test and group. Time steps end
+    /// at every `stride`-th row.
+    pub fn starts(&self, groups: &[u32], stride: usize) -> Vec<Vec<f64>> {
+        let (network, basis) = (&self.study.model.network, &self.linear.basis);
+        let content = |group: &u32| {
+            let own = (0..network.solids).filter(|n| network.group[*n] == *group);
+            basis.project(own.map(|n| (n, network.capacity[n])))
+        };
+        let contents: Vec<DVector<f64>> = groups.iter().map(content).collect();
+        if contents.is_empty() {
+            return Vec::new();
+        }
+        let contents = DMatrix::from_columns(&contents);
+        let count = self.data.count();
+        let of = |(t, test): (usize, &String)| -> Vec<Vec<f64>> {
+            let rows = RowsOfTest::new(self.data, test);
+            let instants = instants(&self.linear.histories[t], &rows.turns(stride));
+            let matrices: Vec<(f64, DMatrix<f64>)> = instants.iter().map(|i| (i.time, i.between(&self.linear.matrices[t]))).collect();
+            let course = LinearisedHistory::new(basis, &matrices, false);
+            let values = course.relaxing(&contents, &rows.times);
+            let of_group = |values: Vec<f64>| {
+                let read = |(row, k, i): &(usize, usize, usize)| (*i, values[row * self.data.sensors.len() + k]);
+                let mut column = vec![0.0; count];
+                self.shown(rows.readings.iter().map(read).collect()).into_iter().for_each(|(i, value)| column[i] = value);
+                column
+            };
+            values.into_iter().map(of_group).collect()
+        };
+        self.data.tests().iter().enumerate().flat_map(of).collect()
+    }
+
+    /// Columns of what is wanted: the place of an effect or parameter and its weight. `turns` has the times of a test, s, at which weights turn.
+    fn columns(
+        &self,
+        derivatives: &EffectDerivatives<'_>,
+        variations: &[Variation],
+        wanted: &[(usize, Weight<'_>)],
+        turns: impl Fn(&str) -> Vec<f64>,
+    ) -> Result<Vec<Option<Vec<f64>>>> {
+        let data = self.data;
+        let mut columns: Vec<Option<Vec<f64>>> = vec![None; wanted.len()];
+        for (t, test) in data.tests().iter().enumerate() {
+            let acting = |moment: &Moment| self.acting(moment, derivatives, variations);
+            let acting: Vec<Acting> = self.linear.histories[t].par_iter().map(acting).collect::<Result<_>>()?;
+            let instants = instants(&self.linear.histories[t], &turns(test));
+            for (column, found) in columns.iter_mut().zip(self.of_test(t, test, &instants, &acting, wanted)) {
+                let Some(found) = found.map(|found| self.shown(found)) else { continue };
+                let column = column.get_or_insert_with(|| vec![0.0; data.count()]);
+                found.into_iter().for_each(|(i, value)| column[i] = value);
+            }
+        }
+        Ok(columns)
     }
 
     /// What effects and parameters do at a moment.
@@ -194,65 +259,105 @@ impl Follower<'_> {
         test: &str,
         instants: &[Instant],
         acting: &[Acting],
-        wanted: &[(usize, Law)],
+        wanted: &[(usize, Weight<'_>)],
     ) -> Vec<Option<Vec<(usize, f64)>>> {
         let (data, moments) = (self.data, &self.linear.histories[t]);
         let matrices: Vec<(f64, DMatrix<f64>)> = instants.iter().map(|i| (i.time, i.between(&self.linear.matrices[t]))).collect();
         let course = LinearisedHistory::new(&self.linear.basis, &matrices, self.runs.start == Start::Steady);
-        let rows: Vec<usize> = (0..data.rows.len()).filter(|r| data.rows[*r].test == test).collect();
-        let times: Vec<f64> = rows.iter().map(|r| data.rows[*r].time.unwrap_or(0.0)).collect();
+        let RowsOfTest { rows, times, readings } = RowsOfTest::new(data, test);
         let nearest = |time: &f64| -> usize {
             let apart = |a: &usize, b: &usize| (moments[*a].time - time).abs().total_cmp(&(moments[*b].time - time).abs());
             (0..moments.len()).min_by(apart).unwrap_or(0)
         };
         let nearest: Vec<usize> = times.iter().map(nearest).collect();
-        // Row of the test, sensor of the data, place among all readings.
-        let mut readings: Vec<(usize, usize, usize)> = Vec::new();
-        for (i, (r, k)) in whiten::places(data).into_iter().enumerate() {
-            if let Ok(row) = rows.binary_search(&r) {
-                readings.push((row, k, i));
+        let within: Vec<(usize, f64)> = instants.iter().map(|instant| between(&times, instant.time)).collect();
+        let factor = |weight: &Weight<'_>, i: usize| match weight {
+            Weight::Law(law) => self.scales.factor(*law, &instants[i].condition),
+            Weight::Course(values) => {
+                let (row, share) = within[i];
+                let next = rows[(row + 1).min(rows.len() - 1)];
+                values[rows[row]] * (1.0 - share) + values[next] * share
             }
-        }
+        };
         let of = |moment: usize, d: usize| acting[moment].disturbances.get(d).and_then(Option::as_ref);
-        let is_known = |(d, _): &(usize, Law)| (0..acting.len()).all(|moment| of(moment, *d).is_some());
-        let forced = |instant: &Instant, known: &[(usize, Law)]| {
-            let column = |(d, law): &(usize, Law)| -> Option<DVector<f64>> {
+        let is_known = |(d, _): &(usize, Weight<'_>)| (0..acting.len()).all(|moment| of(moment, *d).is_some());
+        let forced = |i: usize, known: &[(usize, Weight<'_>)]| {
+            let instant = &instants[i];
+            let column = |(d, weight): &(usize, Weight<'_>)| -> Option<DVector<f64>> {
                 let mut column = &of(instant.moment, *d)?.residual * (1.0 - instant.share);
                 if instant.share > 0.0 {
                     column.axpy(instant.share, &of(instant.moment + 1, *d)?.residual, 1.0);
                 }
-                Some(column * self.scales.factor(*law, &instant.condition))
+                Some(column * factor(weight, i))
             };
             DMatrix::from_columns(&known.iter().filter_map(column).collect::<Vec<_>>())
         };
         // Forwards with every disturbance, or back from every reading: whichever are fewer.
         let answers = (wanted.len() > times.len() * data.sensors.len()).then(|| course.answers(instants.len(), &times));
-        let values_of = |known: &[(usize, Law)]| -> Vec<Vec<f64>> {
+        let values_of = |known: &[(usize, Weight<'_>)]| -> Vec<Vec<f64>> {
             let Some(answers) = &answers else {
-                return course.readings(&instants.iter().map(|instant| forced(instant, known)).collect::<Vec<_>>(), &times);
+                return course.readings(&(0..instants.len()).map(|i| forced(i, known)).collect::<Vec<_>>(), &times);
             };
             let mut sum = DMatrix::zeros(times.len() * data.sensors.len(), known.len());
-            instants.iter().zip(answers).for_each(|(instant, answer)| sum.gemm(1.0, answer, &forced(instant, known), 1.0));
+            answers.iter().enumerate().for_each(|(i, answer)| sum.gemm(1.0, answer, &forced(i, known), 1.0));
             sum.column_iter().map(|column| column.iter().copied().collect()).collect()
         };
-        let followed = |some: &[(usize, Law)]| -> Vec<Option<Vec<(usize, f64)>>> {
-            let known: Vec<(usize, Law)> = some.iter().copied().filter(is_known).collect();
+        let followed = |some: &[(usize, Weight<'_>)]| -> Vec<Option<Vec<(usize, f64)>>> {
+            let known: Vec<(usize, Weight<'_>)> = some.iter().copied().filter(is_known).collect();
             if known.is_empty() {
                 return vec![None; some.len()];
             }
             let mut values = values_of(&known).into_iter();
-            let read = |wanted: &(usize, Law)| -> Option<Vec<(usize, f64)>> {
-                let (d, law) = *wanted;
+            let read = |wanted: &(usize, Weight<'_>)| -> Option<Vec<(usize, f64)>> {
+                let (d, weight) = *wanted;
                 let values = if is_known(wanted) { values.next()? } else { return None };
                 let value = |(row, k, i): &(usize, usize, usize)| {
                     let direct = of(nearest[*row], d).map_or(0.0, |d| d.direct[*k]);
-                    (*i, values[row * data.sensors.len() + k] + direct * self.scales.factor(law, &data.rows[rows[*row]].condition))
+                    let at_row = match weight {
+                        Weight::Law(law) => self.scales.factor(law, &data.rows[rows[*row]].condition),
+                        Weight::Course(values) => values[rows[*row]],
+                    };
+                    (*i, values[row * data.sensors.len() + k] + direct * at_row)
                 };
                 Some(readings.iter().map(value).collect())
             };
             some.iter().map(read).collect()
         };
         wanted.par_chunks(TOGETHER).flat_map(followed).collect()
+    }
+}
+
+/// The rows of one test.
+struct RowsOfTest {
+    /// Places among the rows of the data.
+    rows: Vec<usize>,
+    /// s
+    times: Vec<f64>,
+    /// Row of the test, sensor of the data, place among all readings.
+    readings: Vec<(usize, usize, usize)>,
+}
+
+impl RowsOfTest {
+    fn new(data: &Data, test: &str) -> Self {
+        let rows: Vec<usize> = (0..data.rows.len()).filter(|r| data.rows[*r].test == test).collect();
+        let times = rows.iter().map(|r| data.rows[*r].time.unwrap_or(0.0)).collect();
+        let of = |(i, (r, k)): (usize, (usize, usize))| rows.binary_search(&r).ok().map(|row| (row, k, i));
+        let readings = whiten::places(data).into_iter().enumerate().filter_map(of).collect();
+        Self { times, readings, rows }
+    }
+
+    /// The times of every `stride`-th row, and of the last, s.
+    fn turns(&self, stride: usize) -> Vec<f64> {
+        self.times.iter().step_by(stride.max(1)).chain(self.times.last()).copied().collect()
+    }
+}
+
+/// Where a time lies among others, which rise: the one before, and the share of the way to the next.
+fn between(times: &[f64], time: f64) -> (usize, f64) {
+    let row = times.partition_point(|t| *t <= time).saturating_sub(1);
+    match times.get(row + 1) {
+        Some(next) if *next > times[row] => (row, ((time - times[row]) / (next - times[row])).clamp(0.0, 1.0)),
+        _ => (row, 0.0),
     }
 }
 

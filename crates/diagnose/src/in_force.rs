@@ -60,8 +60,8 @@ impl<'b> InForce<'b> {
     /// # Errors
     /// The machine cannot be solved with the causes in force.
     pub fn fitted(beside: &'b Beside<'b>, causes: &[Cause], errors: &Errors, looseness: Looseness) -> Result<Option<Self>> {
-        let Some(rows) = Rows::new(errors, looseness.disturbance) else { return Ok(None) };
-        let deviations = rows.deviations(looseness.spread);
+        let Some(rows) = Rows::under(errors, looseness) else { return Ok(None) };
+        let deviations = rows.deviations(looseness);
         let numbers = open_numbers(beside, causes, (errors, &rows, &deviations));
         let causes = causes.to_vec();
         let mut found =
@@ -160,7 +160,7 @@ impl<'b> InForce<'b> {
 
     /// Misfit that the causes leave, under the covariance beside them.
     pub fn misfit(&self) -> f64 {
-        self.rows.metric(self.looseness.spread).square(&self.beside.base.left(&self.values))
+        self.rows.metric(self.looseness).square(&self.beside.base.left(&self.values))
     }
 
     /// Predictions with numbers of the file moved beside the causes, on an endlessly fine mesh, K.
@@ -245,8 +245,8 @@ impl<'b> InForce<'b> {
 impl Explanation {
     /// Misfit that predictions (K) with it in force leave, under its own covariance.
     pub(super) fn misfit_of(&self, beside: &Beside<'_>, errors: &Errors, values: &[f64]) -> Option<f64> {
-        let rows = Rows::new(errors, self.level.disturbance)?;
-        Some(rows.metric(self.level.spread).square(&beside.base.left(values)))
+        let rows = Rows::under(errors, self.level)?;
+        Some(rows.metric(self.level).square(&beside.base.left(values)))
     }
 }
 

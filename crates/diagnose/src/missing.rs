@@ -1,6 +1,6 @@
 //! Where heat is missing or in excess: the heat that every part alone would have to give or take, alike at all conditions.
 
-use super::amplitude::{Beside, Looseness, Rows};
+use super::amplitude::{Beside, PlaceSet, Rows};
 use super::effects::{Effect, Heat};
 
 /// Heat into one part that fits the residual best.
@@ -16,10 +16,10 @@ pub struct MissingHeat {
     pub explained: f64,
 }
 
-/// Every part that could show in the data beside a model that leaves something open; the heat that takes away most misfit first.
-pub(super) fn missing(beside: &Beside<'_>, looseness: Looseness) -> Vec<MissingHeat> {
-    let Some(rows) = Rows::new(&beside.errors, looseness.disturbance) else { return Vec::new() };
-    let metric = rows.metric(looseness.spread);
+/// Every part that could show in the data beside what the machine as it is leaves open; the heat that takes away most misfit first.
+pub(super) fn missing(beside: &Beside<'_>, nothing: &PlaceSet) -> Vec<MissingHeat> {
+    let Some(rows) = Rows::under(&nothing.errors, nothing.looseness) else { return Vec::new() };
+    let metric = rows.metric(nothing.looseness);
     let residual = metric.whitened(&beside.base.found.residual);
     let of = |(h, column): (&super::Hypothesis, &Vec<f64>)| {
         let whitened = metric.whitened(column);

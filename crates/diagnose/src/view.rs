@@ -1,8 +1,11 @@
 //! The data beside one machine: predictions, their change on a finer mesh, and the covariance of the residual.
 
+use std::collections::HashSet;
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
-use super::effects::{CommonFactor, Hypothesis, Scales};
+use super::effects::{CommonFactor, Hypothesis, Scales, hypotheses};
 use super::signature::{self, Signatures};
 use super::stated::Stated;
 use super::{Discrepancy, Problem, UncertainNumber, signatures};
@@ -38,6 +41,9 @@ pub(crate) struct Comparison {
     pub whitener: Whitener,
     /// Readings less the mesh's share, K: they compare with predictions on the model's own mesh.
     pub readings: Vec<f64>,
+    /// What finer meshes say, and what the common factors change beside their slopes, K: those of machines much like it are near.
+    finer: Arc<MeshShare>,
+    bends: Arc<Vec<Vec<f64>>>,
 }
 
 impl Comparison {
@@ -46,19 +52,26 @@ impl Comparison {
     /// # Errors
     /// The machine cannot be solved at the data's conditions.
     pub fn of(problem: &Problem, study: &Study, catalogue: &[Hypothesis], scales: &Scales) -> Result<Self> {
+        Self::beside(problem, study, catalogue, scales, None)
+    }
+
+    /// The same of a machine much like one that is known.
+    fn beside(problem: &Problem, study: &Study, catalogue: &[Hypothesis], scales: &Scales, known: Option<&Self>) -> Result<Self> {
         let uncertain = problem.uncertain.iter().map(|u| study.parameter(&u.parameter.name)).collect::<Result<Vec<MachineParameter>>>()?;
         let (data, is_log) = (&problem.data, problem.data.is_transient());
+        let near = known.map(|known| known.found.fields.as_slice());
         let mut found = if is_log {
             signatures(study, data, problem.runs(), &uncertain, catalogue, scales, &problem.user)?
         } else {
-            signature::steady(study, data, &uncertain, catalogue, (scales, &problem.user), None)?
+            signature::steady(study, data, &uncertain, catalogue, (scales, &problem.user), near)?
         };
         let enough = MESH_BESIDE_NOISE * root_mean_square(&whiten::deviations(data, &problem.uncertainty));
         let within = (ON_MESHES * enough).clamp(ON_MESHES_WITHIN.0, ON_MESHES_WITHIN.1);
         let on_finer = |finer: &Study, near: &[Vec<f64>]| identify::steady_within(finer, data, near, within);
-        let finer = match is_log {
-            true => MeshShare::of_logs(study, data, problem.start, MESH_TOLERANCE)?,
-            false => MeshShare::of(study, data, &found.prediction.values, enough, on_finer)?,
+        let finer = match (is_log, known) {
+            (true, _) => MeshShare::of_logs(study, data, problem.start, MESH_TOLERANCE)?,
+            (false, None) => MeshShare::of(study, data, &found.prediction.values, enough, on_finer)?,
+            (false, Some(known)) => known.finer.beside(study, data, &found.prediction.values, enough, on_finer)?,
         };
         let mesh = finer.correction.clone();
         found.residual.iter_mut().zip(&mesh).for_each(|(r, m)| *r -= m);
@@ -69,19 +82,38 @@ impl Comparison {
         let mut errors = error_parts(problem, study, &stated, &found.prediction, catalogue, (&found.columns, &numbers));
         errors.extend(factors.iter().cloned());
         errors.extend(finer.scatter.iter().cloned());
-        if !is_log {
-            errors.extend(bends(problem, study, &stated, catalogue, scales, &found));
-        }
+        let bends = match (is_log, known) {
+            (true, _) => Arc::default(),
+            (false, None) => Arc::new(bends(problem, study, &stated, catalogue, scales, &found)),
+            (false, Some(known)) => known.bends.clone(),
+        };
+        errors.extend(bends.iter().cloned());
         let all: Vec<usize> = (0..mesh.len()).collect();
         let readings = whiten::readings(&problem.data).iter().zip(&mesh).map(|(r, m)| r - m).collect();
         let numbers = catalogue.iter().zip(numbers).filter_map(|(h, unit)| Some((h.clone(), unit?))).collect();
-        let whitener = errors.whitener(&DiscrepancySize::NONE, &all);
-        Ok(Self { whitener, found, mesh, errors, factors, readings, numbers })
+        let (whitener, finer) = (errors.whitener(&DiscrepancySize::NONE, &all), Arc::new(finer));
+        Ok(Self { whitener, found, mesh, errors, factors, readings, numbers, finer, bends })
     }
 
     /// What predictions leave of the readings, K.
     pub fn left(&self, values: &[f64]) -> Vec<f64> {
         self.readings.iter().zip(values).map(|(r, v)| r - v).collect()
+    }
+
+    /// Of a machine in which a cause is in force, without signatures of others: with the cause, errors and the mesh's share act differently
+    /// too. It is much like this one.
+    ///
+    /// # Errors
+    /// As [`Comparison::of`].
+    pub fn about(&self, problem: &Problem, study: &Study, catalogue: &[Hypothesis], scales: &Scales) -> Result<Self> {
+        let own: HashSet<(&str, &str)> = catalogue.iter().map(|h| (h.kind(), h.place.as_str())).collect();
+        let mut common = hypotheses(study, &problem.data, &problem.user);
+        let network = &study.model.network;
+        let counts = |h: &Hypothesis| {
+            h.common_factor().is_some() || h.discrepancy(network, &problem.discrepancy).is_some() || h.of_a_number(network).is_some()
+        };
+        common.retain(|h| counts(h) && own.contains(&(h.kind(), h.place.as_str())));
+        Self::beside(problem, study, &common, scales, Some(self))
     }
 }
 

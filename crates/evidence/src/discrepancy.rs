@@ -322,7 +322,8 @@ impl ErrorParts {
         }
     }
 
-    fn noise_at(&self, level: &DiscrepancySize) -> Noise {
+    /// Noise and wandering errors at a level, without errors that readings share otherwise.
+    pub fn noise_at(&self, level: &DiscrepancySize) -> Noise {
         if self.wandering.is_empty() {
             let independent: Vec<f64> = self.noise.iter().map(|n| n.hypot(level.wandering)).collect();
             return Noise::independent(&independent);

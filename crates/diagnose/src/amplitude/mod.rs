@@ -1,60 +1,48 @@
 //! The amplitude first: causes as places and kinds whose size is free in every condition.
 //!
 //! A hypothesis says where and of which kind a cause is, not by which law it acts. All readings of a condition together decide whether a place
-//! and a kind fit, whatever law governs them; the amplitudes that come out are the law, as a curve.
+//! and a kind fit, whatever law governs them; the amplitudes that come out are the law, as a curve. In logs an amplitude is a mean, a law of the
+//! columns of the table, and a smooth curve in time.
 
+mod beside;
+mod choices;
 mod evidence;
 mod laws;
+mod logs;
+mod low_rank;
 mod profiles;
 mod response;
 mod rows;
 mod search;
 mod settings;
+mod sizing;
 mod ways;
 
 use std::sync::Arc;
 
-use rayon::prelude::*;
-
-use super::effects::{Axis, Effect, Heat, Hypothesis, Law, Scales, hypotheses};
-use super::predictor::Predictor;
-use super::view::Comparison;
+use super::effects::{Hypothesis, Scales};
 use super::{Cause, Problem};
-use super::signature;
-use coldplate_base::error::{Error, Result};
+use coldplate_base::error::Result;
 use coldplate_base::progress::Progress;
-use coldplate_evidence::measurement::{ReadingRow, whiten};
-use coldplate_network::Load;
-use evidence::Explained;
-use laws::{Laws, Rule};
-use response::{Answer, Response};
+
+pub(crate) use beside::Beside;
 pub use rows::Looseness;
 pub(crate) use rows::{Errors, Rows};
-use search::{Candidate, Fit, Search};
 pub use settings::AmplitudeSettings;
-use ways::{FoundWay, Ways};
-
-/// Amplitudes at which the machine is solved for each cause that bends, in units of its scale.
-const KNOTS: [f64; 6] = [-5.0, -2.5, -1.0, 1.0, 2.5, 5.0];
-/// Places of one set at most.
-const MOST_PLACES: usize = 4;
-/// Sets of each size that are fitted about the machine with the set in force.
-const REFINED: usize = 10;
-/// Sets that are reported.
-const MOST_SETS: usize = 12;
 
 /// One place and kind with the amplitude that each condition asks for.
 #[derive(Debug, Clone)]
 pub struct PlaceAndKind {
     /// Which.
     pub hypothesis: Hypothesis,
-    /// Amplitude in each row of the table, in the hypothesis' unit.
+    /// Amplitude in each row with readings, in the hypothesis' unit.
     pub amplitudes: Vec<f64>,
     /// Standard deviation of the amplitude in each row, in the hypothesis' unit.
     pub deviations: Vec<f64>,
     /// Whether every row may have its own.
     pub is_free: bool,
-    /// The variable over which it runs smoothly, if it does; `row` is the order of the rows.
+    /// The variable over which it runs, if it does: `row` is the order of the rows of a table, `time` what has passed in logs. Variables that
+    /// it is in proportion to are joined by `, `.
     pub over: Option<String>,
 }
 
@@ -88,321 +76,23 @@ pub struct PlaceSet {
     pub(crate) errors: Arc<Errors>,
 }
 
-/// Places and kinds that a table of readings asks for.
+/// Places and kinds that readings ask for.
 #[derive(Debug, Clone)]
 pub struct Places {
     /// Sets, most probable first.
     pub sets: Vec<PlaceSet>,
     /// Places and kinds that were tried, each fitted to the end.
     pub tried: usize,
+    /// Causes among them that were followed by their slope alone, however large they are: in logs of a machine of cells all but the best.
+    pub by_slope: usize,
     /// Where the laws of its ways are one.
     pub scales: Scales,
 }
 
-/// Finds the places and kinds that a steady table asks for.
+/// Finds the places and kinds that steady tables or logs ask for.
 ///
 /// # Errors
-/// The machine as it is cannot be solved at the data's conditions; the data are a log.
+/// The machine as it is cannot be solved at the data's conditions.
 pub fn places(problem: &Problem, settings: &AmplitudeSettings, progress: &dyn Progress) -> Result<Places> {
     Ok(Beside::of(problem)?.places(settings, progress))
-}
-
-/// The machine as it is beside the data, with all that could be wrong with it.
-pub(crate) struct Beside<'p> {
-    /// The problem.
-    pub problem: &'p Problem,
-    /// Places and kinds, each under its usual law.
-    pub catalogue: Vec<Hypothesis>,
-    /// The same under the law that follows the temperature of their place.
-    drifting: Vec<Hypothesis>,
-    /// Where laws are one.
-    pub scales: Scales,
-    /// Predictions, residual, signatures of the catalogue, and covariance.
-    pub base: Comparison,
-    /// The covariance without any cause, row by row.
-    pub errors: Arc<Errors>,
-}
-
-impl<'p> Beside<'p> {
-    /// Of a problem.
-    ///
-    /// # Errors
-    /// The machine as it is cannot be solved at the data's conditions; the data are a log.
-    pub fn of(problem: &'p Problem) -> Result<Self> {
-        let (study, data) = (&problem.study, &problem.data);
-        if data.is_transient() {
-            let error = Error::input("amplitudes that are free in every row are found in steady tables, and this is a log");
-            return Err(error.help("leave --amplitudes out, or state the steady end of each test as a row of a table without a time"));
-        }
-        let scales = Scales::of(data, &study.model.machine);
-        let mut catalogue = hypotheses(study, data, &problem.user);
-        let drifting = catalogue.iter().filter(|h| h.is_drift() && h.law != h.effect.usual_law()).cloned().collect();
-        catalogue.retain(|h| h.law == h.effect.usual_law() && !problem.without.iter().any(|kind| kind == h.kind()));
-        let base = Comparison::of(problem, study, &catalogue, &scales)?;
-        let errors = Arc::new(errors(problem, &base, &catalogue));
-        Ok(Self { problem, catalogue, drifting, scales, errors, base })
-    }
-
-    /// The same where further laws are known.
-    pub fn knowing(self, scales: Scales) -> Self {
-        Self { scales, ..self }
-    }
-
-    /// Predictions with causes in force.
-    pub fn predictor(&self) -> Predictor<'_> {
-        Predictor {
-            study: &self.problem.study,
-            data: &self.problem.data,
-            predicted: &self.base.found.prediction.values,
-            fields: &self.base.found.fields,
-            runs: self.problem.runs(),
-            scales: &self.scales,
-            user: &self.problem.user,
-        }
-    }
-
-    /// Variables that vary over the rows with readings, and the order of these rows, by name with the value in each.
-    fn variables(&self) -> (Vec<String>, Vec<Vec<f64>>) {
-        let rows: Vec<&ReadingRow> = self.problem.data.rows.iter().filter(|row| row.has_readings()).collect();
-        let value = |v: usize| rows.iter().map(|row| row.condition.si()[v]).collect::<Vec<f64>>();
-        let all = self.problem.study.model.machine.variables.iter().enumerate();
-        let own = all.filter(|(_, variable)| self.problem.states(&variable.name)).map(|(v, variable)| (variable.name.clone(), value(v)));
-        // In the order of the rows: what sets in or drifts while a table is taken.
-        let order = ("row".to_string(), (0..rows.len()).map(|row| row as f64).collect());
-        let varies = |(_, values): &(String, Vec<f64>)| values.iter().any(|x| *x != values[0]);
-        own.chain([order]).filter(varies).unzip()
-    }
-
-    /// Places and kinds by evidence.
-    pub fn places(&self, settings: &AmplitudeSettings, progress: &dyn Progress) -> Places {
-        let predictor = self.predictor();
-        progress.say(&format!("{} places and kinds, each at several amplitudes", self.catalogue.len()));
-        let known = self.catalogue.iter().zip(&self.base.found.columns);
-        let visible: Vec<(&Hypothesis, &Vec<f64>)> = known.filter(|(_, column)| column.iter().any(|c| c.abs() > 1e-9)).collect();
-        let candidates: Vec<Candidate> = visible.par_iter().map(|(h, column)| candidate(&predictor, h, column)).collect();
-        let together = |members: &[(usize, f64)]| -> Option<Vec<f64>> {
-            let with: Vec<(&Hypothesis, f64)> = members.iter().map(|(m, a)| (visible[*m].0, a * visible[*m].0.scale)).collect();
-            Some(difference(&predictor.predict(&with).ok()?, predictor.predicted))
-        };
-        let (names, variables) = self.variables();
-        let numbers_with = |m: usize, a: f64| numbers_with(&predictor, &self.base, visible[m].0, a * visible[m].0.scale);
-        let search =
-            Search::new(&self.errors, &self.base.found.residual, &candidates, settings, (&together, &numbers_with), &variables);
-        let nothing = search.nothing();
-        let mut all = grown(&search, &nothing, progress);
-        all.push(nothing.clone());
-        progress.say("laws");
-        let machine = &self.problem.study.model.machine;
-        let at = names.iter().map(|name| machine.variables.iter().position(|variable| variable.name == *name)).collect::<Vec<_>>();
-        let axes: Vec<Option<Axis>> = at.iter().map(|v| v.map(|v| self.scales.axis(v).0)).collect();
-        let laws = Laws::new(&self.scales, machine, &self.problem.data, &at.into_iter().flatten().collect::<Vec<_>>());
-        let (mut all, rest) = best_of_each_size(all);
-        let members: Vec<&Hypothesis> = all.iter().flat_map(|fit| &fit.members).map(|c| visible[*c].0).collect();
-        let drifts = drifts(&predictor, &self.drifting, &members);
-        let of_place = |c: &usize| drifts.iter().filter(|(h, _)| is_of(h, visible[*c].0)).map(|(_, own)| own.clone()).collect();
-        let ways = |fit: &Fit| {
-            let drifts = fit.members.iter().map(of_place).collect();
-            Ways { search: &search, fit, laws: &laws, drifts, axes: &axes }.found()
-        };
-        let ways: Vec<(f64, Vec<FoundWay>)> = all.par_iter().map(ways).collect();
-        // The evidence of a set is that of all ways in which it can act.
-        all.iter_mut().zip(&ways).for_each(|(fit, (log, _))| fit.log_evidence = *log);
-        let most = all.iter().chain(&rest).map(Fit::log_posterior).fold(f64::NEG_INFINITY, f64::max);
-        let whole: f64 = all.iter().chain(&rest).map(|fit| (fit.log_posterior() - most).exp()).sum();
-        let ground = seen(&search, &nothing).1;
-        let mut named = self.scales.clone();
-        let of = |(fit, (_, found)): (Fit, (f64, Vec<FoundWay>))| -> PlaceSet {
-            let (posterior, density) = seen(&search, &fit);
-            let members = fit.members.iter().enumerate().map(|(m, c)| {
-                let h = visible[*c].0;
-                PlaceAndKind {
-                    hypothesis: h.clone(),
-                    amplitudes: fit.amplitudes[m].iter().map(|a| a * h.scale).collect(),
-                    deviations: posterior[m].iter().map(|d| d * h.scale).collect(),
-                    is_free: fit.freedoms[m].freedom > 0.0,
-                    over: fit.freedoms[m].curve.map(|((v, _), _)| names[v].clone()),
-                }
-            });
-            let members: Vec<PlaceAndKind> = members.collect();
-            PlaceSet {
-                ways: found.into_iter().map(|way| told(way, &members, &drifts, &mut named, self.problem)).collect(),
-                members,
-                lead: fit.log_evidence - nothing.log_evidence,
-                probability: (fit.log_posterior() - most).exp() / whole,
-                kept_out: sum_and_error(&difference(&density, &ground)),
-                looseness: fit.looseness,
-                errors: fit.errors.clone().unwrap_or_else(|| self.errors.clone()),
-            }
-        };
-        let mut found: Vec<(Fit, (f64, Vec<FoundWay>))> = all.into_iter().zip(ways).collect();
-        found.sort_by(|a, b| b.0.log_posterior().total_cmp(&a.0.log_posterior()));
-        let sets = found.into_iter().take(MOST_SETS).map(of).collect();
-        Places { sets, tried: candidates.len(), scales: named }
-    }
-}
-
-/// Sets of one place and more, fitted, while larger ones are more probable.
-fn grown(search: &Search<'_>, nothing: &Fit, progress: &dyn Progress) -> Vec<Fit> {
-    progress.say("places and kinds alone");
-    let mut all = refined(search, search.singles(nothing));
-    let mut last = all.clone();
-    for count in 2..=MOST_PLACES {
-        let best = all.iter().map(Fit::log_posterior).fold(f64::NEG_INFINITY, f64::max);
-        progress.say(&format!("sets of {count}"));
-        last = refined(search, search.grown(&last));
-        let is_better = last.first().is_some_and(|first| first.log_posterior() > best);
-        all.extend(last.iter().cloned());
-        if !is_better {
-            break;
-        }
-    }
-    all
-}
-
-/// The best sets of each size, whose laws are looked for, and the others.
-fn best_of_each_size(mut all: Vec<Fit>) -> (Vec<Fit>, Vec<Fit>) {
-    all.sort_by(|a, b| b.log_posterior().total_cmp(&a.log_posterior()));
-    let mut counts = [0; MOST_PLACES + 1];
-    all.into_iter().partition(|fit| {
-        counts[fit.members.len()] += 1;
-        counts[fit.members.len()] <= REFINED
-    })
-}
-
-/// Whether a hypothesis is of the place and effect of another.
-fn is_of(h: &Hypothesis, other: &Hypothesis) -> bool {
-    h.effect == other.effect && h.place == other.place
-}
-
-/// What changes with the temperature of its place instead, of some members, with its answers.
-fn drifts(predictor: &Predictor<'_>, all: &[Hypothesis], members: &[&Hypothesis]) -> Vec<(Hypothesis, Candidate)> {
-    let is_member = |h: &&Hypothesis| members.iter().any(|own| is_of(h, own));
-    let own: Vec<Hypothesis> = all.iter().filter(is_member).cloned().collect();
-    let about = (predictor.scales, predictor.user);
-    let found = signature::steady(predictor.study, predictor.data, &[], &own, about, Some(predictor.fields));
-    let columns = found.map(|found| found.columns).unwrap_or_default();
-    own.into_par_iter().zip(columns).map(|(h, column)| (h.clone(), candidate(predictor, &h, &column))).collect()
-}
-
-/// A way as causes; its laws get names in the scales.
-fn told(way: FoundWay, members: &[PlaceAndKind], drifts: &[(Hypothesis, Candidate)], scales: &mut Scales, problem: &Problem) -> Way {
-    let mut causes = Vec::with_capacity(members.len());
-    for (own, member) in way.causes.into_iter().zip(members) {
-        let h = &member.hypothesis;
-        let mut drifts = drifts.iter().filter(|(drift, _)| is_of(drift, h)).map(|(drift, _)| drift.clone());
-        let under = match (own.rule, own.drift) {
-            (_, Some(d)) => drifts.nth(d).unwrap_or_else(|| h.clone()),
-            (None, None) => h.clone(),
-            (Some(rule), None) => {
-                let law = match rule {
-                    Rule::Listed(law) => law,
-                    Rule::Found(found) => scales.named(found),
-                };
-                own.number.map_or_else(|| h.clone().under_of(law, scales), |number| h.under_found(law, number, scales))
-            }
-        };
-        let (amplitude, deviation) = own.amplitude;
-        causes.push(Cause::new(under.clone(), amplitude * under.scale, deviation * under.scale));
-    }
-    let lines = |cause: &Cause| cause.hypothesis.written(&problem.study, &problem.data, scales, &problem.user, cause.amplitude);
-    let is_writable = causes.iter().all(|cause| matches!(lines(cause), Ok(Some(_))));
-    Way { causes, probability: way.probability, is_writable }
-}
-
-/// The best of some fits about the machine with their sets in force, most probable first.
-fn refined(search: &Search<'_>, mut fits: Vec<Fit>) -> Vec<Fit> {
-    let rest = fits.split_off(fits.len().min(REFINED));
-    let mut all: Vec<Fit> = fits.into_par_iter().map(|fit| search.refined(fit)).chain(rest).collect();
-    all.sort_by(|a, b| b.log_posterior().total_cmp(&a.log_posterior()));
-    all
-}
-
-/// Change of the readings with the logarithm of each number of the machine (K) with a cause in force at an amplitude.
-fn numbers_with(predictor: &Predictor<'_>, base: &Comparison, h: &Hypothesis, amplitude: f64) -> Option<Vec<Vec<f64>>> {
-    if h.is_sensor() {
-        return None;
-    }
-    let study = predictor.extended(&[(h, amplitude)]).ok()??.study;
-    // An effect is numbered anew in another file.
-    let own = hypotheses(&study, predictor.data, predictor.user);
-    let same = |(number, _): &(Hypothesis, f64)| {
-        let is = |other: &&Hypothesis| (other.kind(), &other.place, other.law) == (number.kind(), &number.place, number.law);
-        own.iter().find(is).cloned()
-    };
-    let numbers = base.numbers.iter().map(same).collect::<Option<Vec<Hypothesis>>>()?;
-    let about = (predictor.scales, predictor.user);
-    let found = signature::steady(&study, predictor.data, &[], &numbers, about, Some(predictor.fields)).ok()?;
-    let scaled = |(column, (_, unit)): (&Vec<f64>, &(Hypothesis, f64))| column.iter().map(|c| unit * c).collect();
-    Some(found.columns.iter().zip(&base.numbers).map(scaled).collect())
-}
-
-/// Deviations of the amplitudes of each member, and the density of each row given all others.
-fn seen(search: &Search<'_>, fit: &Fit) -> (Vec<Vec<f64>>, Vec<f64>) {
-    let search = search.with_errors_of(fit);
-    let (rows, linear) = search.about(fit);
-    let explained = Explained::new(rows, &search.profiles, &linear.residual, &linear.columns, &search.followed(&fit.freedoms));
-    let Some(posterior) = explained.posterior(&fit.freedoms, fit.looseness.spread) else { return Default::default() };
-    let deviations = |m: usize| posterior.covariance(m).diagonal().iter().map(|v| v.max(0.0).sqrt()).collect();
-    ((0..fit.members.len()).map(deviations).collect(), posterior.kept_out())
-}
-
-fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
-    a.iter().zip(b).map(|(a, b)| a - b).collect()
-}
-
-/// Sum of some numbers, and its standard error.
-fn sum_and_error(numbers: &[f64]) -> (f64, f64) {
-    let n = numbers.len().max(1) as f64;
-    let mean = numbers.iter().sum::<f64>() / n;
-    let variance = numbers.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
-    (n * mean, (n * variance).sqrt())
-}
-
-/// A cause with its answer: straight where heats, offsets and exchanges are, else solved at several amplitudes.
-fn candidate(predictor: &Predictor<'_>, h: &Hypothesis, column: &[f64]) -> Candidate {
-    let (low, high) = if h.is_fixed() { (0.0, 1.0) } else { h.range() };
-    let range = (low / h.scale, high / h.scale);
-    let slope: Vec<f64> = column.iter().map(|c| c * h.scale).collect();
-    let is_straight = h.is_sensor() || matches!(h.effect, Effect::Heat(_) | Effect::User(_));
-    let mut answer = Answer::Straight(slope.clone());
-    if !is_straight {
-        let at = |knot: &f64| Some((*knot, difference(&predictor.predict(&[(h, knot * h.scale)]).ok()?, predictor.predicted)));
-        let mut solved: Vec<(f64, Vec<f64>)> = KNOTS.iter().filter(|k| **k >= range.0 && **k <= range.1).filter_map(at).collect();
-        solved.push((0.0, vec![0.0; column.len()]));
-        solved.sort_by(|a, b| a.0.total_cmp(&b.0));
-        if solved.len() > 2 {
-            let (knots, changes) = solved.into_iter().unzip();
-            answer = Answer::Bent(Response::new(knots, changes));
-        }
-    }
-    Candidate { answer, is_signed: h.is_signed && !h.is_fixed(), range, rate: h.rate(1) }
-}
-
-/// The covariance of a table's readings without any cause.
-fn errors(problem: &Problem, base: &Comparison, catalogue: &[Hypothesis]) -> Errors {
-    let places = whiten::places(&problem.data);
-    let machine = &problem.study.model.machine;
-    let loads = problem.data.rows.iter().filter_map(|row| Load::at(machine, &row.condition).ok());
-    let heats: Vec<f64> = loads.flat_map(|load| load.powers).map(f64::abs).collect();
-    let mean = heats.iter().sum::<f64>() / heats.len().max(1) as f64;
-    let is_heat = |h: &Hypothesis| matches!(h.effect, Effect::Heat(Heat::Into(_))) && h.law == Law::Constant;
-    let of_heat = catalogue.iter().zip(&base.found.columns).filter(|(h, _)| is_heat(h));
-    Errors {
-        row_of: consecutive(places.iter().map(|(row, _)| *row)),
-        noise: base.errors.noise().to_vec(),
-        stated: base.errors.shared(),
-        numbers: base.errors.numbers().to_vec(),
-        heats: of_heat.map(|(_, column)| column.iter().map(|c| c * mean).collect()).collect(),
-    }
-}
-
-/// Rising numbers, counted from zero without gaps.
-fn consecutive(rows: impl Iterator<Item = usize>) -> Vec<usize> {
-    let (mut all, mut last) = (Vec::new(), None);
-    for row in rows {
-        let before = all.last().copied().unwrap_or(0);
-        all.push(if last.is_some_and(|last| last != row) { before + 1 } else { before });
-        last = Some(row);
-    }
-    all
 }

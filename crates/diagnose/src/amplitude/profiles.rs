@@ -2,6 +2,8 @@
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
+use super::low_rank::low_rank;
+
 /// Lengths over which a smooth amplitude changes, in standard deviations of its variable over the rows. Chosen: powers follow the first,
 /// friction that falls within a sixth of the range the second; shorter ones are the amplitude that is new in every row.
 pub const LENGTHS: [f64; 2] = [1.0, 0.3];
@@ -13,13 +15,27 @@ const ALIKE: f64 = 1e-9;
 /// A smooth run over one variable, by the variable and its length's place in [`LENGTHS`].
 pub type Curve = (usize, usize);
 
-/// Functions of the rows: the constant first, then for each variable those of a smooth amplitude.
+/// Kind of a function of the rows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Function {
+    /// Alike in all.
+    Constant,
+    /// In proportion to a variable, less its mean.
+    Linear(usize),
+    /// One of those of a smooth amplitude.
+    Smooth(Curve),
+}
+
+/// Functions of the rows: the constant first, then those of a smooth amplitude over each variable. In logs those in proportion to each
+/// variable, then those of a smooth amplitude over the time.
 #[derive(Debug, Clone)]
 pub struct Profiles {
     /// Rows times functions; of unit prior variance each.
     pub functions: DMatrix<f64>,
-    /// Curve that each function is of: a variable and a place in [`LENGTHS`]; none of the constant.
-    pub of: Vec<Option<Curve>>,
+    /// What each function is.
+    pub of: Vec<Function>,
+    /// Variable that is the time of a log.
+    pub time: Option<usize>,
 }
 
 /// Standard deviation of a variable over the rows.
@@ -32,13 +48,67 @@ fn deviation(values: &[f64]) -> f64 {
 impl Profiles {
     /// The constant alone.
     pub fn constant(rows: usize) -> Self {
-        Self { functions: DMatrix::from_element(rows, 1, 1.0), of: vec![None] }
+        Self { functions: DMatrix::from_element(rows, 1, 1.0), of: vec![Function::Constant], time: None }
+    }
+
+    /// Of the rows of a log, by the values of some variables in them, of which the last is the time: the constant, what is in proportion to
+    /// each of the others, and smooth functions of the time. Means and deviations are those of the rows that `counts`.
+    pub fn of_log(variables: &[Vec<f64>], counts: &[usize]) -> Self {
+        let rows = variables.last().map_or(0, Vec::len);
+        let n = counts.len().max(1) as f64;
+        let centred = |values: &[f64]| {
+            let mean = counts.iter().map(|r| values[*r]).sum::<f64>() / n;
+            values.iter().map(|x| x - mean).collect::<Vec<f64>>()
+        };
+        let standardised = |values: &Vec<f64>| {
+            let mut centred = centred(values);
+            let deviation = (counts.iter().map(|r| centred[*r].powi(2)).sum::<f64>() / n).sqrt();
+            centred.iter_mut().for_each(|x| *x /= deviation.max(f64::MIN_POSITIVE));
+            centred
+        };
+        let all: Vec<Vec<f64>> = variables.iter().map(standardised).collect();
+        let time = all.len().saturating_sub(1);
+        let mut columns = vec![vec![1.0; rows]];
+        let mut of = vec![Function::Constant];
+        for (v, values) in all.iter().enumerate().take(time) {
+            columns.push(values.clone());
+            of.push(Function::Linear(v));
+        }
+        for (place, length) in LENGTHS.iter().enumerate().filter(|_| !all.is_empty()) {
+            let near = |i: usize, j: usize| (-0.5 * ((all[time][i] - all[time][j]) / length).powi(2)).exp();
+            let kernel = |j: usize| (0..rows).map(|i| near(i, j)).collect();
+            for column in low_rank(vec![1.0; rows], kernel, LEAST_VARIANCE) {
+                columns.push(centred(&column));
+                of.push(Function::Smooth((time, place)));
+            }
+        }
+        let columns: Vec<DVector<f64>> = columns.into_iter().map(DVector::from_vec).collect();
+        Self { functions: DMatrix::from_columns(&columns), of, time: Some(time) }
+    }
+
+    /// Those of some rows alone.
+    pub fn in_rows(&self, rows: &[usize]) -> Self {
+        Self { functions: self.functions.select_rows(rows), ..self.clone() }
+    }
+
+    /// How many functions every cause is screened by in a log: the constant, those in proportion, and slow ones of the time.
+    pub fn screened(&self) -> usize {
+        let is_screened = |f: &Function| match f {
+            Function::Smooth(curve) => self.time.is_some_and(|time| *curve == (time, 0)),
+            _ => true,
+        };
+        self.of.iter().take_while(|f| is_screened(f)).count()
+    }
+
+    /// The first functions alone.
+    pub fn first(&self, count: usize) -> Self {
+        Self { functions: self.functions.columns(0, count).into_owned(), of: self.of[..count].to_vec(), time: self.time }
     }
 
     /// With smooth functions of each of some variables, given by their values in the rows: variables that do not vary have none.
     pub fn smooth(rows: usize, variables: &[Vec<f64>]) -> Self {
         let mut columns = vec![DVector::from_element(rows, 1.0)];
-        let mut of = vec![None];
+        let mut of = vec![Function::Constant];
         for (v, values) in variables.iter().enumerate() {
             let n = rows.max(1) as f64;
             let (mean, deviation) = (values.iter().sum::<f64>() / n, deviation(values));
@@ -57,12 +127,12 @@ impl Profiles {
                 for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
                     if *value > LEAST_VARIANCE * largest {
                         columns.push(vector * value.sqrt());
-                        of.push(Some((v, place)));
+                        of.push(Function::Smooth((v, place)));
                     }
                 }
             }
         }
-        Self { functions: DMatrix::from_columns(&columns), of }
+        Self { functions: DMatrix::from_columns(&columns), of, time: None }
     }
 
     /// With further functions, which belong to curves of variables beyond these.
@@ -71,9 +141,9 @@ impl Profiles {
         let mut of = self.of.clone();
         for (curve, factors) in laws {
             columns.push(DVector::from_column_slice(factors));
-            of.push(Some(curve));
+            of.push(Function::Smooth(curve));
         }
-        Self { functions: DMatrix::from_columns(&columns), of }
+        Self { functions: DMatrix::from_columns(&columns), of, time: self.time }
     }
 
     /// The smooth part of some amplitudes along a curve, at other values of its variable than those in the rows.
@@ -83,7 +153,7 @@ impl Profiles {
         let own = DVector::from_column_slice(amplitudes);
         // Weights of the centred kernels of the rows: each function is an eigenvector times the root of its eigenvalue.
         let mut weights = DVector::zeros(values.len());
-        for (f, _) in self.of.iter().enumerate().filter(|(_, of)| **of == Some(curve)) {
+        for (f, _) in self.of.iter().enumerate().filter(|(_, of)| **of == Function::Smooth(curve)) {
             let function = self.functions.column(f);
             let variance = function.norm_squared();
             weights.axpy(function.dot(&own) / (variance * variance), &function, 1.0);
@@ -102,18 +172,34 @@ impl Profiles {
 
     /// All curves.
     pub fn curves(&self) -> Vec<Curve> {
-        let mut all: Vec<Curve> = self.of.iter().flatten().copied().collect();
+        let curve = |f: &Function| if let Function::Smooth(curve) = f { Some(*curve) } else { None };
+        let mut all: Vec<Curve> = self.of.iter().filter_map(curve).collect();
         all.dedup();
         all
     }
 
-    /// The constant, and the functions of one curve.
+    /// Variables that an amplitude may be in proportion to.
+    pub fn linear(&self) -> Vec<usize> {
+        self.of.iter().filter_map(|f| if let Function::Linear(v) = f { Some(*v) } else { None }).collect()
+    }
+
+    /// The constant, those in proportion, and the functions of one curve.
     pub fn with(&self, curve: Option<Curve>) -> Vec<usize> {
-        (0..self.of.len()).filter(|f| self.of[*f].is_none() || self.of[*f] == curve).collect()
+        let is = |f: &usize| !matches!(self.of[*f], Function::Smooth(own) if Some(own) != curve);
+        (0..self.of.len()).filter(is).collect()
     }
 
     /// All functions.
     pub fn all(&self) -> Vec<usize> {
         (0..self.of.len()).collect()
+    }
+
+    /// An amplitude in every row, by its coefficients.
+    pub fn course(&self, coefficients: &[f64]) -> Vec<f64> {
+        let mut course = DVector::zeros(self.functions.nrows());
+        for (c, column) in coefficients.iter().zip(self.functions.column_iter()).filter(|(c, _)| **c != 0.0) {
+            course.axpy(*c, &column, 1.0);
+        }
+        course.data.into()
     }
 }

@@ -21,6 +21,18 @@ pub enum Answer {
     Straight(Vec<f64>),
     /// A curve.
     Bent(Response),
+    /// In logs, where a reading answers to all that was before: one of the above to the mean amplitude, and straight ones to functions of the
+    /// rows, the constant first.
+    InTime(Box<Answer>, Vec<Vec<f64>>),
+}
+
+/// Slopes of the readings in the amplitude of one cause, K per scale.
+#[derive(Debug, Clone)]
+pub enum Slope {
+    /// In steady tables: each reading answers to the amplitude of its own row.
+    OfRow(Vec<f64>),
+    /// In logs: to each function of the rows.
+    OfFunctions(Vec<Vec<f64>>),
 }
 
 impl Response {
@@ -68,11 +80,34 @@ impl Response {
 }
 
 impl Answer {
-    /// Change of every reading (K) at the amplitude of its row, and its slope, K per unit.
-    pub fn at(&self, amplitudes: &[f64], row_of: &[usize]) -> (Vec<f64>, Vec<f64>) {
+    /// Change of every reading (K) at the amplitude of its row, and its slope, K per unit. In logs the amplitude is given by its coefficients.
+    pub fn at(&self, amplitudes: &[f64], row_of: &[usize]) -> (Vec<f64>, Slope) {
         match self {
-            Self::Straight(column) => (column.iter().zip(row_of).map(|(c, row)| c * amplitudes[*row]).collect(), column.clone()),
-            Self::Bent(response) => (0..row_of.len()).map(|i| response.at(i, amplitudes[row_of[i]])).unzip(),
+            Self::Straight(column) => {
+                let change = column.iter().zip(row_of).map(|(c, row)| c * amplitudes[*row]).collect();
+                (change, Slope::OfRow(column.clone()))
+            }
+            Self::Bent(response) => {
+                let (change, slope) = (0..row_of.len()).map(|i| response.at(i, amplitudes[row_of[i]])).unzip();
+                (change, Slope::OfRow(slope))
+            }
+            Self::InTime(mean, along) => {
+                let (mut change, slope) = mean.at(&amplitudes[..1], &vec![0; row_of.len()]);
+                for (c, column) in amplitudes.iter().zip(along).skip(1).filter(|(c, _)| **c != 0.0) {
+                    change.iter_mut().zip(column).for_each(|(change, own)| *change += c * own);
+                }
+                let Slope::OfRow(slope) = slope else { return (change, slope) };
+                (change, Slope::OfFunctions(std::iter::once(slope).chain(along.iter().skip(1).cloned()).collect()))
+            }
+        }
+    }
+
+    /// Whether it is straight at any amplitude.
+    pub fn is_straight(&self) -> bool {
+        match self {
+            Self::Straight(_) => true,
+            Self::Bent(_) => false,
+            Self::InTime(mean, _) => mean.is_straight(),
         }
     }
 
@@ -81,6 +116,21 @@ impl Answer {
         match self {
             Self::Straight(_) => &[0.0],
             Self::Bent(response) => &response.knots,
+            Self::InTime(mean, _) => mean.knots(),
+        }
+    }
+}
+
+impl Slope {
+    /// Adds the slope times amplitudes, in logs coefficients, to readings, K.
+    pub fn add_to(&self, readings: &mut [f64], amplitudes: &[f64], row_of: &[usize]) {
+        match self {
+            Self::OfRow(slope) => readings.iter_mut().enumerate().for_each(|(i, r)| *r += slope[i] * amplitudes[row_of[i]]),
+            Self::OfFunctions(columns) => {
+                for (column, c) in columns.iter().zip(amplitudes).filter(|(_, c)| **c != 0.0) {
+                    readings.iter_mut().zip(column).for_each(|(r, own)| *r += c * own);
+                }
+            }
         }
     }
 }
@@ -97,12 +147,15 @@ mod tests {
         let answer = Answer::Bent(Response::new(knots.clone(), knots.iter().map(|a| of(*a).to_vec()).collect()));
         for a in [-4.0, -3.0, -1.4, -0.3, 0.0, 0.7, 1.0, 3.1] {
             let (change, slope) = answer.at(&[a], &[0, 0]);
+            let Slope::OfRow(slope) = slope else { panic!("a slope for each row") };
             let [bent, straight] = of(a);
             assert!((change[0] - bent).abs() < 0.1 && (change[1] - straight).abs() < 1e-12, "{a}: {change:?}");
             let (more, _) = answer.at(&[a + 1e-6], &[0, 0]);
             assert!(((more[0] - change[0]) / 1e-6 - slope[0]).abs() < 1e-4, "{a}: slope {}", slope[0]);
         }
-        let ((at, slope), (beyond, _)) = (answer.at(&[4.0], &[0, 0]), answer.at(&[6.0], &[0, 0]));
+        let ((at, Slope::OfRow(slope)), (beyond, _)) = (answer.at(&[4.0], &[0, 0]), answer.at(&[6.0], &[0, 0])) else {
+            panic!("a slope for each row")
+        };
         assert!((at[0] + 2.0 * slope[0] - beyond[0]).abs() < 1e-12);
     }
 }

@@ -3,11 +3,23 @@
 //! Readings of one row share errors that no other row has: those of the condition, and the disturbance, a heat in every part that is new in
 //! every row. All rows share biases of sensors and numbers of the machine. The covariance is D + U V Uᵀ with D in one block per row and few
 //! columns U, so that nothing larger than a row or a column is ever factored.
+//!
+//! In logs a "row" is what is kept out as a whole: a test, or a stretch of time. D is that of the noise and of an error of each sensor that
+//! wanders with the time, which a filter whitens reading by reading; the disturbance wanders with the time too, and joins the columns U.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SymmetricEigen};
 use coldplate_base::numbers::significant;
 use serde::Serialize;
 use std::ops::Range;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use super::low_rank::low_rank;
+use coldplate_evidence::discrepancy::{DiscrepancySize, ErrorParts};
+use coldplate_evidence::measurement::whiten::Noise;
+
+/// Variance of a reading that the largest disturbance may lose where its columns are made few, as a share of that of the noise. Chosen: a
+/// hundredth of it decides nothing.
+const LOST: f64 = 0.01;
 
 /// Errors of the readings of a table, K.
 #[derive(Debug, Clone)]
@@ -20,8 +32,22 @@ pub struct Errors {
     pub stated: Vec<Vec<f64>>,
     /// Change of every reading with the logarithm of each number of the machine, K.
     pub numbers: Vec<Vec<f64>>,
-    /// Change of every reading with a heat in each part as large as the machine's mean heat, K: the disturbance has its own in every row.
+    /// Change of every reading with a heat in each part as large as the machine's mean heat, K: the disturbance has its own in every row. In
+    /// logs also of each stretch of time.
     pub heats: Vec<Vec<f64>>,
+    /// In logs, what the readings are whitened by in place of `noise`.
+    pub log: Option<LogNoise>,
+}
+
+/// Noise of logs, with an error of each sensor that wanders with the time.
+#[derive(Debug, Clone)]
+pub struct LogNoise {
+    /// The covariance in parts, of which noise and wandering errors count here.
+    pub parts: ErrorParts,
+    /// Time over which the errors wander, as a share of the test.
+    pub memory: f64,
+    /// Largest disturbance that is tried.
+    pub most: f64,
 }
 
 /// What a model leaves open beside its causes, as the data have it.
@@ -29,8 +55,31 @@ pub struct Errors {
 pub struct Looseness {
     /// Standard deviation of the logarithm of every number of the machine.
     pub spread: f64,
-    /// Standard deviation of a heat in every part, new in every row, as a share of the machine's mean heat.
+    /// Standard deviation of a heat in every part, new in every row, as a share of the machine's mean heat. In logs it wanders with the time.
     pub disturbance: f64,
+    /// Standard deviation of an error of each sensor of a log that wanders with the time, K, beside what is stated.
+    pub wandering: f64,
+}
+
+/// How readings are whitened by what belongs to their own row.
+#[derive(Debug)]
+enum Whitening {
+    /// A factor for each row of a table.
+    Blocks(Vec<Cholesky<f64, Dyn>>),
+    /// A filter along each series of a log.
+    Series(Noise),
+}
+
+/// Shared columns eliminated under one looseness.
+#[derive(Debug)]
+pub struct Eliminated {
+    looseness: Looseness,
+    /// Columns that act, with their standard deviations.
+    pub acting: Vec<(usize, f64)>,
+    /// Factor of their matrix.
+    pub factor: Cholesky<f64, Dyn>,
+    /// Logarithm of its determinant.
+    pub log_determinant: f64,
 }
 
 impl Looseness {
@@ -39,24 +88,31 @@ impl Looseness {
         let percent = |share: f64| significant(100.0 * share, 2);
         let numbers = (self.spread > 0.0).then(|| format!("numbers of the machine file off by {} %", percent(self.spread)));
         let heats = (self.disturbance > 0.0)
-            .then(|| format!("heats in every part, new in every row, of {} % of the machine's heat", percent(self.disturbance)));
-        numbers.into_iter().chain(heats).collect::<Vec<_>>().join("; ")
+            .then(|| format!("heats in every part that nothing explains, of {} % of the machine's heat", percent(self.disturbance)));
+        let errors = (self.wandering > 0.0).then(|| format!("errors of the sensors that wander, of {} K", significant(self.wandering, 2)));
+        numbers.into_iter().chain(heats).chain(errors).collect::<Vec<_>>().join("; ")
     }
 }
 
 /// Readings whitened by what belongs to their own row, with the columns that all rows share.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct Rows {
     /// Readings of each row.
     pub ranges: Vec<Range<usize>>,
-    factors: Vec<Cholesky<f64, Dyn>>,
-    /// Shared columns, whitened: stated ones, then numbers.
+    /// Disturbance that is in the blocks of a table; none in logs, where it is among the shared columns.
+    pub disturbance: Option<f64>,
+    /// Wandering error that logs are whitened by, K.
+    pub wandering: f64,
+    whitening: Whitening,
+    /// Shared columns, whitened: stated ones, then numbers, then the disturbance of logs.
     pub shared: DMatrix<f64>,
     /// Place of each of them among [`Errors::stated`] and, behind these, [`Errors::numbers`].
     pub of: Vec<usize>,
     gram: DMatrix<f64>,
     stated: usize,
+    numbers: usize,
     log_determinant: f64,
+    eliminated: Mutex<Vec<Arc<Eliminated>>>,
 }
 
 /// Rows of rising row numbers as ranges.
@@ -72,7 +128,15 @@ fn ranges(row_of: &[usize]) -> Vec<Range<usize>> {
 }
 
 impl Rows {
-    /// The rows under a disturbance of a size; `None` where a block is not positive, for lack of noise.
+    /// The rows of a table or a log under a looseness; `None` as in [`Rows::new`].
+    pub fn under(errors: &Errors, looseness: Looseness) -> Option<Self> {
+        match &errors.log {
+            None => Self::new(errors, looseness.disturbance),
+            Some(log) => Some(Self::of_logs(errors, log, looseness.wandering)),
+        }
+    }
+
+    /// The rows of a table under a disturbance of a size; `None` where a block is not positive, for lack of noise.
     pub fn new(errors: &Errors, disturbance: f64) -> Option<Self> {
         let ranges = ranges(&errors.row_of);
         // A column that acts in one row alone belongs to that row's block.
@@ -109,20 +173,67 @@ impl Rows {
             factors.push(Cholesky::new(block)?);
         }
         let log_determinant = factors.iter().map(|f| 2.0 * f.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>()).sum();
-        let of = shared.iter().map(|(place, _)| *place).collect();
-        let (none, gram) = (DMatrix::zeros(errors.row_of.len(), 0), DMatrix::zeros(0, 0));
-        let mut all = Self { ranges, factors, shared: none, of, gram, stated, log_determinant };
-        let mut whitened = DMatrix::zeros(errors.row_of.len(), shared.len());
-        shared.iter().enumerate().for_each(|(k, (_, column))| whitened.set_column(k, &all.whiten(column)));
-        all.gram = whitened.tr_mul(&whitened);
-        all.shared = whitened;
-        Some(all)
+        let numbers = shared.len() - stated;
+        let mut all = Self::without_columns(ranges, Whitening::Blocks(factors), log_determinant);
+        all.disturbance = Some(disturbance);
+        all.of = shared.iter().map(|(place, _)| *place).collect();
+        let whitened: Vec<DVector<f64>> = shared.iter().map(|(_, column)| all.whiten(column)).collect();
+        Some(all.with_columns(&whitened, (stated, numbers)))
+    }
+
+    /// The stretches of logs whose sensors have an error of a size, K, that wanders with the time.
+    pub fn of_logs(errors: &Errors, log: &LogNoise, wandering: f64) -> Self {
+        let noise = log.parts.noise_at(&DiscrepancySize { wandering, memory: log.memory, ..DiscrepancySize::NONE });
+        let log_determinant = noise.log_determinant();
+        let mut all = Self::without_columns(ranges(&errors.row_of), Whitening::Series(noise), log_determinant);
+        all.wandering = wandering;
+        let acts = |(_, column): &(usize, &Vec<f64>)| column.iter().any(|c| *c != 0.0);
+        let acting = |columns: &'_ [Vec<f64>]| columns.iter().enumerate().filter(acts).map(|(place, _)| place).collect::<Vec<usize>>();
+        let (stated, numbers) = (acting(&errors.stated), acting(&errors.numbers));
+        let counts = (stated.len(), numbers.len());
+        let mut columns: Vec<DVector<f64>> = stated.iter().map(|k| all.whiten(&errors.stated[*k])).collect();
+        columns.extend(numbers.iter().map(|k| all.whiten(&errors.numbers[*k])));
+        let heats: Vec<DVector<f64>> = acting(&errors.heats).into_iter().map(|k| all.whiten(&errors.heats[k])).collect();
+        all.of = stated.into_iter().chain(numbers.into_iter().map(|k| errors.stated.len() + k)).collect();
+        if !heats.is_empty() && log.most > 0.0 {
+            let heats = DMatrix::from_columns(&heats).transpose();
+            let variances = heats.column_iter().map(|own| own.norm_squared()).collect();
+            let enough = LOST / (log.most * log.most);
+            columns.extend(low_rank(variances, |i| heats.tr_mul(&heats.column(i)).data.into(), enough).into_iter().map(DVector::from_vec));
+        }
+        all.with_columns(&columns, counts)
+    }
+
+    fn without_columns(ranges: Vec<Range<usize>>, whitening: Whitening, log_determinant: f64) -> Self {
+        Self {
+            ranges,
+            disturbance: None,
+            wandering: 0.0,
+            whitening,
+            shared: DMatrix::zeros(0, 0),
+            of: Vec::new(),
+            gram: DMatrix::zeros(0, 0),
+            stated: 0,
+            numbers: 0,
+            log_determinant,
+            eliminated: Mutex::default(),
+        }
+    }
+
+    fn with_columns(self, whitened: &[DVector<f64>], (stated, numbers): (usize, usize)) -> Self {
+        let count = self.ranges.last().map_or(0, |last| last.end);
+        let shared = if whitened.is_empty() { DMatrix::zeros(count, 0) } else { DMatrix::from_columns(whitened) };
+        Self { gram: shared.transpose() * &shared, shared, stated, numbers, ..self }
     }
 
     /// Readings (K) whitened by the block of their row.
     pub fn whiten(&self, readings: &[f64]) -> DVector<f64> {
+        let factors = match &self.whitening {
+            Whitening::Blocks(factors) => factors,
+            Whitening::Series(noise) => return DVector::from_vec(noise.apply(readings)),
+        };
         let mut whitened = DVector::from_column_slice(readings);
-        for (range, factor) in self.ranges.iter().zip(&self.factors) {
+        for (range, factor) in self.ranges.iter().zip(factors) {
             let mut own = whitened.rows_range_mut(range.clone());
             factor.l_dirty().solve_lower_triangular_mut(&mut own);
         }
@@ -134,9 +245,15 @@ impl Rows {
         &self.gram
     }
 
-    /// Logarithm of the determinant of the root of a row's block, K for each reading.
+    /// Logarithm of the determinant of the root of a row's block, K for each reading; in logs of all noise, shared among the stretches.
     pub fn log_of_row(&self, row: usize) -> f64 {
-        self.factors[row].l_dirty().diagonal().iter().map(|d| d.ln()).sum()
+        match &self.whitening {
+            Whitening::Blocks(factors) => factors[row].l_dirty().diagonal().iter().map(|d| d.ln()).sum(),
+            Whitening::Series(_) => {
+                let count = self.ranges.last().map_or(1, |last| last.end);
+                0.5 * self.log_determinant * self.ranges[row].len() as f64 / count as f64
+            }
+        }
     }
 
     /// Logarithm of the determinant of all blocks, K² for each reading.
@@ -145,14 +262,34 @@ impl Rows {
     }
 
     /// Standard deviation of each shared column's coefficient.
-    pub fn deviations(&self, spread: f64) -> DVector<f64> {
-        DVector::from_fn(self.shared.ncols(), |k, _| if k < self.stated { 1.0 } else { spread })
+    pub fn deviations(&self, looseness: Looseness) -> DVector<f64> {
+        DVector::from_fn(self.shared.ncols(), |k, _| match k {
+            k if k < self.stated => 1.0,
+            k if k < self.stated + self.numbers => looseness.spread,
+            _ => looseness.disturbance,
+        })
     }
 
-    /// The whole covariance where every number of the machine is off by a spread.
-    pub fn metric(&self, spread: f64) -> Metric<'_> {
+    /// The shared columns eliminated under a looseness; `None` where rounding leaves no positive matrix.
+    pub fn eliminated(&self, looseness: Looseness) -> Option<Arc<Eliminated>> {
+        let mut known = self.eliminated.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(found) = known.iter().find(|own| own.looseness == looseness) {
+            return Some(found.clone());
+        }
+        let deviations = self.deviations(looseness);
+        let acting: Vec<(usize, f64)> = deviations.iter().copied().enumerate().filter(|(_, d)| *d > 0.0).collect();
+        let entry = |i: usize, j: usize| acting[i].1 * acting[j].1 * self.gram[(acting[i].0, acting[j].0)] + f64::from(u8::from(i == j));
+        let factor = Cholesky::new(DMatrix::from_fn(acting.len(), acting.len(), entry))?;
+        let log_determinant = 2.0 * factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
+        let found = Arc::new(Eliminated { looseness, acting, factor, log_determinant });
+        known.push(found.clone());
+        Some(found)
+    }
+
+    /// The whole covariance under a looseness.
+    pub fn metric(&self, looseness: Looseness) -> Metric<'_> {
         let mut columns = self.shared.clone();
-        columns.column_iter_mut().zip(&self.deviations(spread)).for_each(|(mut column, d)| column *= *d);
+        columns.column_iter_mut().zip(&self.deviations(looseness)).for_each(|(mut column, d)| column *= *d);
         let eigen = SymmetricEigen::new(columns.tr_mul(&columns));
         // The inverse root of I + UU' is I - U Q f(l) Q' U', where U'U = Q l Q'.
         let of = |l: f64| if l > 1e-12 { (1.0 - (1.0 + l).sqrt().recip()) / l } else { 0.5 };

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::evidence::{Explained, Freedom};
-use super::profiles::{Curve, LENGTHS, Profiles};
-use super::response::Answer;
+use super::profiles::Profiles;
+use super::response::{Answer, Slope};
 use super::rows::{Errors, Looseness, Rows};
 use super::settings::AmplitudeSettings;
 
@@ -20,6 +20,10 @@ const LONGEST_STEP: f64 = 1.5;
 const GROWING: usize = 6;
 /// Further places of each of them that are fitted to the end.
 const FITTED: usize = 6;
+/// Machines with a set in force about which a log is made linear at most.
+const MOST_REFERENCES: usize = 10;
+/// The first of them about which choices are made anew: beside a cause that bends two of them may change places for ever.
+const CHOOSING_REFERENCES: usize = 3;
 
 /// A place and a kind.
 #[derive(Debug, Clone)]
@@ -32,6 +36,17 @@ pub struct Candidate {
     pub range: (f64, f64),
     /// How often it is to blame, relative to others.
     pub rate: f64,
+    /// Whether its amplitude may wander with the time of a log. A heat that does is the disturbance.
+    pub may_wander: bool,
+    /// Whether its amplitude may run over the rows at all.
+    pub may_run: bool,
+}
+
+impl Candidate {
+    /// The same in a log, with its slopes by functions of the rows, and whether its amplitude may run over these.
+    pub fn in_time(self, along: Vec<Vec<f64>>, may_run: bool) -> Self {
+        Self { answer: Answer::InTime(Box::new(self.answer), along), may_run, ..self }
+    }
 }
 
 /// One set of places and kinds, fitted.
@@ -43,7 +58,7 @@ pub struct Fit {
     pub freedoms: Vec<Freedom>,
     /// Spread of the numbers and disturbance beside the set.
     pub looseness: Looseness,
-    /// Amplitude of each member in every row, in units of its scale.
+    /// Amplitude of each member in every row, in units of its scale; in logs its coefficients, for the functions of the rows.
     pub amplitudes: Vec<Vec<f64>>,
     /// Logarithm of the evidence, prices of all choices included.
     pub log_evidence: f64,
@@ -53,6 +68,21 @@ pub struct Fit {
     pub stands: bool,
     /// Errors about the machine with the set in force, where they were found.
     pub errors: Option<Arc<Errors>>,
+    /// In logs, the machine with the set in force that it is linear about.
+    pub reference: Option<Arc<Reference>>,
+}
+
+/// A log's machine with causes in force, made linear.
+#[derive(Debug)]
+pub struct Reference {
+    /// Coefficients of each member in force, in units of its scale.
+    pub amplitudes: Vec<Vec<f64>>,
+    /// Change of the readings with all of them in force, K.
+    pub change: Vec<f64>,
+    /// Slopes of the readings in each member.
+    pub slopes: Vec<Slope>,
+    /// The same in every candidate, where they were asked for.
+    pub others: Vec<Slope>,
 }
 
 impl Fit {
@@ -67,6 +97,19 @@ impl Fit {
 pub type Together<'a> = &'a (dyn Fn(&[(usize, f64)]) -> Option<Vec<f64>> + Sync);
 /// Change of the readings with the logarithm of each number of the machine (K) with one cause in force; `None` of what acts on readings.
 pub type NumbersWith<'a> = &'a (dyn Fn(usize, f64) -> Option<Vec<Vec<f64>>> + Sync);
+/// The machine of a log with members in force at some coefficients, and its errors; with the slopes in every candidate if asked for.
+pub type About<'a> = &'a (dyn Fn(&[usize], &[Vec<f64>], bool) -> Option<(Reference, Errors)> + Sync);
+
+/// What is found by solving the machine again.
+#[derive(Clone, Copy)]
+pub struct Solved<'a> {
+    /// Change of the readings with several causes at once.
+    pub together: Together<'a>,
+    /// Columns of the machine's numbers beside one cause.
+    pub numbers_with: NumbersWith<'a>,
+    /// In logs of a machine that is followed to first order: the machine with a set in force.
+    pub about: Option<About<'a>>,
+}
 
 /// A table with its candidates and the choices that are searched.
 pub struct Search<'a> {
@@ -75,16 +118,14 @@ pub struct Search<'a> {
     pub residual: &'a [f64],
     pub candidates: &'a [Candidate],
     pub settings: &'a AmplitudeSettings,
-    /// Change of the readings with several causes at once.
-    pub together: Together<'a>,
-    /// Columns of the machine's numbers beside one cause.
-    pub numbers_with: NumbersWith<'a>,
+    /// What is found by solving again.
+    pub solved: Solved<'a>,
     /// Functions of the rows that an amplitude may follow.
-    pub profiles: Profiles,
-    /// Values of each variable in the rows.
-    pub variables: &'a [Vec<f64>],
-    /// Blocks under each size of the disturbance.
-    pub rows: Vec<(f64, Rows)>,
+    pub profiles: &'a Profiles,
+    /// The same of fits about the machine with the set in force.
+    pub all_profiles: &'a Profiles,
+    /// Blocks under each size of the disturbance; in logs under each wandering error.
+    pub rows: Vec<Rows>,
 }
 
 impl<'a> Search<'a> {
@@ -94,26 +135,49 @@ impl<'a> Search<'a> {
         residual: &'a [f64],
         candidates: &'a [Candidate],
         settings: &'a AmplitudeSettings,
-        (together, numbers_with): (Together<'a>, NumbersWith<'a>),
-        variables: &'a [Vec<f64>],
+        solved: Solved<'a>,
+        (profiles, all_profiles): (&'a Profiles, &'a Profiles),
     ) -> Self {
-        let of = |size: &f64| Some((*size, Rows::new(errors, *size)?));
-        let rows: Vec<(f64, Rows)> = settings.disturbances.par_iter().filter_map(of).collect();
-        let profiles = Profiles::constant(rows.first().map_or(0, |(_, rows)| rows.ranges.len()));
-        Self { errors, residual, candidates, settings, together, numbers_with, profiles, variables, rows }
+        let rows: Vec<Rows> = match &errors.log {
+            None => settings.disturbances.par_iter().filter_map(|size| Rows::new(errors, *size)).collect(),
+            Some(log) => settings.wanderings.par_iter().map(|size| Rows::of_logs(errors, log, *size)).collect(),
+        };
+        Self { errors, residual, candidates, settings, solved, profiles, all_profiles, rows }
     }
 
     /// This search with the errors of a fit, in which amplitudes may follow curves.
     pub fn with_errors_of<'b>(&'b self, fit: &'b Fit) -> Search<'b> {
         let errors = fit.errors.as_deref().unwrap_or(self.errors);
-        let changes = (self.together, self.numbers_with);
-        let found = Search::new(errors, self.residual, self.candidates, self.settings, changes, self.variables);
-        Search { profiles: Profiles::smooth(self.row_count(), self.variables), ..found }
+        let profiles = (self.all_profiles, self.all_profiles);
+        Search::new(errors, self.residual, self.candidates, self.settings, self.solved, profiles)
+    }
+
+    /// Whether amplitudes are given by coefficients: in logs.
+    pub(super) fn is_log(&self) -> bool {
+        self.errors.log.is_some()
+    }
+
+    /// An amplitude that is alike in all rows.
+    fn alike(&self, amplitude: f64) -> Vec<f64> {
+        if !self.is_log() {
+            return vec![amplitude; self.profiles.functions.nrows()];
+        }
+        let mut coefficients = vec![0.0; self.all_profiles.of.len()];
+        coefficients[0] = amplitude;
+        coefficients
+    }
+
+    /// Mean of an amplitude.
+    fn mean(&self, own: &[f64]) -> f64 {
+        if self.is_log() { own[0] } else { own.iter().sum::<f64>() / own.len().max(1) as f64 }
     }
 
     /// A fit about the machine with its set in force: with a heat that the model lacks, one per cent of a conductance is more kelvin than
     /// without. To first order each number's column grows in every row with the amplitude there.
     pub fn refined(&self, fit: Fit) -> Fit {
+        if self.is_log() {
+            return self.brought_to_rest(fit);
+        }
         let mut errors = self.errors.clone();
         for (m, own) in fit.members.iter().zip(&fit.amplitudes) {
             let mean = own.iter().sum::<f64>() / own.len().max(1) as f64;
@@ -121,7 +185,7 @@ impl<'a> Search<'a> {
             if size.abs() < STANDS {
                 continue;
             }
-            let Some(columns) = (self.numbers_with)(*m, size) else { continue };
+            let Some(columns) = (self.solved.numbers_with)(*m, size) else { continue };
             for ((column, with), before) in errors.numbers.iter_mut().zip(&columns).zip(&self.errors.numbers) {
                 for (i, entry) in column.iter_mut().enumerate() {
                     *entry += own[self.errors.row_of[i]] / size * (with[i] - before[i]);
@@ -134,39 +198,27 @@ impl<'a> Search<'a> {
         if found.log_evidence.is_finite() { found } else { before }
     }
 
-    fn row_count(&self) -> usize {
-        self.rows.first().map_or(0, |(_, rows)| rows.ranges.len())
-    }
-
-    pub fn rows_at(&self, disturbance: f64) -> &Rows {
-        let found = self.rows.iter().find(|(size, _)| *size == disturbance);
-        &found.unwrap_or(&self.rows[0]).1
-    }
-
-    /// Logarithm of the prior of a set of so many places: a Poisson count, shared among the sets of as many by how often each is to blame.
-    fn log_prior(&self, members: &[usize]) -> f64 {
-        let all: f64 = self.candidates.iter().map(|c| c.rate).sum();
-        let expected = self.settings.expected_causes;
-        // Poisson's k! cancels against the k! orders of the members.
-        members.iter().map(|m| (expected * self.candidates[*m].rate / all).ln()).sum::<f64>() - expected
-    }
-
-    /// What choices cost that are not the plainest.
-    pub fn price(&self, freedoms: &[Freedom], looseness: Looseness) -> f64 {
-        let s = self.settings;
-        let chosen = |is: bool| s.choice_price * f64::from(u8::from(is));
-        // A curve pays for the choice of its variable and its length too; a law is paid for where it is chosen.
-        let all = self.variables.len().max(1) * LENGTHS.len();
-        let is_of_variable = |(variable, _): &Curve| *variable < self.variables.len();
-        let curve = |f: &Freedom| f.curve.filter(|(own, _)| is_of_variable(own)).map_or(0.0, |_| s.choice_price + (all as f64).ln());
-        freedoms.iter().map(|f| chosen(f.freedom > 0.0) + chosen(f.size > s.sizes[0]) + curve(f)).sum::<f64>()
-            + s.spread_price * looseness.spread
-            + s.disturbance_price * looseness.disturbance
+    /// A fit to a log about the machine with its set in force, again and again until the set stands where it is in force; it has no evidence
+    /// where it does not come to rest. A log that cannot be made linear keeps the fit.
+    fn brought_to_rest(&self, fit: Fit) -> Fit {
+        let Some(about) = self.solved.about else { return fit };
+        let mut fit = fit;
+        for place in 0..MOST_REFERENCES {
+            let Some((reference, errors)) = about(&fit.members, &fit.amplitudes, false) else { break };
+            let begun = Fit { errors: Some(Arc::new(errors)), reference: Some(Arc::new(reference)), stands: false, ..fit };
+            fit = self.with_errors_of(&begun).fit_from(begun.clone(), place >= CHOOSING_REFERENCES);
+            let moved = fit.reference.iter().flat_map(|own| own.amplitudes.iter().zip(&fit.amplitudes)).flat_map(|(a, b)| a.iter().zip(b));
+            let is_at_rest = moved.fold(0.0, |most: f64, (a, b)| most.max((a - b).abs())) < STANDS;
+            if !fit.log_evidence.is_finite() || is_at_rest {
+                return fit;
+            }
+        }
+        Fit { stands: false, log_evidence: f64::NEG_INFINITY, ..fit }
     }
 
     /// The machine as it is.
     pub fn nothing(&self) -> Fit {
-        let (looseness, log_evidence) = self.loosest(&self.linear(&[], &[], None), &[], None);
+        let (looseness, log_evidence) = self.loosest(&self.linear(&[], &[], None, None), &[], None);
         Fit {
             members: Vec::new(),
             freedoms: Vec::new(),
@@ -176,156 +228,71 @@ impl<'a> Search<'a> {
             log_prior: self.log_prior(&[]),
             stands: true,
             errors: None,
+            reference: None,
         }
     }
 
-    /// The linear model about amplitudes: the residual without the members (K), and one column for each, K per scale.
-    pub fn linear(&self, members: &[usize], amplitudes: &[Vec<f64>], excess: Option<&[f64]>) -> Linear {
+    /// The linear model about amplitudes: the residual without the members (K), and the slopes in each. Members that are in force in a
+    /// reference have theirs about it.
+    pub fn linear(&self, members: &[usize], amplitudes: &[Vec<f64>], excess: Option<&[f64]>, reference: Option<&Reference>) -> Linear {
         let mut residual = self.residual.to_vec();
-        if let Some(excess) = excess {
-            residual.iter_mut().zip(excess).for_each(|(r, e)| *r -= e);
+        for less in excess.into_iter().chain(reference.map(|own| own.change.as_slice())) {
+            residual.iter_mut().zip(less).for_each(|(r, e)| *r -= e);
         }
-        let mut columns = Vec::with_capacity(members.len());
-        for (m, own) in members.iter().zip(amplitudes) {
-            let (change, slope) = self.candidates[*m].answer.at(own, &self.errors.row_of);
-            for (i, r) in residual.iter_mut().enumerate() {
-                *r += slope[i] * own[self.errors.row_of[i]] - change[i];
-            }
-            columns.push(slope);
-        }
-        Linear { residual, columns }
-    }
-
-    /// The looseness of the model with the largest evidence under given freedoms, near one where there is one.
-    fn loosest(&self, linear: &Linear, freedoms: &[Freedom], near: Option<Looseness>) -> (Looseness, f64) {
-        let near_by = |all: &[f64], value: f64| -> Vec<f64> {
-            let at = all.iter().position(|v| *v == value).unwrap_or(0);
-            all[at.saturating_sub(1)..(at + 2).min(all.len())].to_vec()
-        };
-        let (disturbances, spreads) = match near {
-            Some(near) => (near_by(&self.settings.disturbances, near.disturbance), near_by(&self.settings.spreads, near.spread)),
-            None => (self.settings.disturbances.clone(), self.settings.spreads.clone()),
-        };
-        let mut best = (Looseness { spread: 0.0, disturbance: 0.0 }, f64::NEG_INFINITY);
-        for (size, rows) in self.rows.iter().filter(|(size, _)| disturbances.contains(size)) {
-            let explained = Explained::new(rows, &self.profiles, &linear.residual, &linear.columns, &self.followed(freedoms));
-            for spread in &spreads {
-                let looseness = Looseness { spread: *spread, disturbance: *size };
-                let Some(log) = explained.log_evidence(freedoms, *spread) else { continue };
-                let log = log - self.price(freedoms, looseness);
-                if log > best.1 {
-                    best = (looseness, log);
+        let mut slopes = Vec::with_capacity(members.len());
+        for (k, (m, own)) in members.iter().zip(amplitudes).enumerate() {
+            let in_force = reference.and_then(|all| Some((all.slopes.get(k)?, all.amplitudes.get(k)?)));
+            let other = reference.and_then(|all| all.others.get(*m));
+            let slope = match (in_force, other) {
+                (Some((slope, at)), _) => {
+                    slope.add_to(&mut residual, at, &self.errors.row_of);
+                    slope.clone()
                 }
-            }
-        }
-        best
-    }
-
-    /// Functions of the rows that each amplitude follows.
-    pub fn followed(&self, freedoms: &[Freedom]) -> Vec<Vec<usize>> {
-        freedoms.iter().map(|f| self.profiles.with(f.curve.map(|(curve, _)| curve))).collect()
-    }
-
-    /// Ways in which an amplitude may run over the rows, from one of them: another size or freedom, or another curve.
-    fn ways(&self, from: Freedom, with_curves: bool) -> [Vec<Freedom>; 2] {
-        let s = self.settings;
-        let of = |size: &f64| s.freedoms.iter().map(|freedom| Freedom { size: *size, freedom: *freedom, ..from }).collect::<Vec<_>>();
-        let sizes = s.sizes.iter().flat_map(of).collect();
-        let mut curves = Vec::new();
-        if with_curves {
-            let free = s.freedoms.iter().copied().filter(|f| *f > 0.0);
-            let of = |curve: Curve| {
-                free.clone().flat_map(move |size| {
-                    // A curve takes the place of the freedom, or leaves some of it.
-                    [from.freedom, 0.0].map(|freedom| Freedom { freedom, curve: Some((curve, size)), ..from })
-                })
+                (None, Some(slope)) => slope.clone(),
+                (None, None) => {
+                    let (change, slope) = self.candidates[*m].answer.at(own, &self.errors.row_of);
+                    slope.add_to(&mut residual, own, &self.errors.row_of);
+                    residual.iter_mut().zip(change).for_each(|(r, c)| *r -= c);
+                    slope
+                }
             };
-            curves.extend(self.profiles.curves().into_iter().flat_map(of));
-            curves.push(Freedom { curve: None, ..from });
+            slopes.push(slope);
         }
-        [sizes, curves]
-    }
-
-    /// The freedoms with the largest evidence at a looseness; those of all members but `of` stay as they are.
-    fn freest(
-        &self,
-        linear: &Linear,
-        freedoms: &[Freedom],
-        (of, with_curves): (&[usize], bool),
-        looseness: Looseness,
-    ) -> (Vec<Freedom>, f64) {
-        let mut followed = self.followed(freedoms);
-        if with_curves {
-            of.iter().for_each(|m| followed[*m] = self.profiles.all());
-        }
-        let rows = self.rows_at(looseness.disturbance);
-        let explained = Explained::new(rows, &self.profiles, &linear.residual, &linear.columns, &followed);
-        let mut best = (freedoms.to_vec(), f64::NEG_INFINITY);
-        for m in of {
-            for kind in 0..2 {
-                let ways = &self.ways(best.0[*m], with_curves)[kind];
-                for tried in ways {
-                    let mut freedoms = best.0.clone();
-                    freedoms[*m] = *tried;
-                    let Some(log) = explained.log_evidence(&freedoms, looseness.spread) else { continue };
-                    let log = log - self.price(&freedoms, looseness);
-                    if log > best.1 {
-                        best = (freedoms, log);
-                    }
-                }
-            }
-        }
-        best
+        Linear { residual, slopes }
     }
 
     /// The linear model about a fit, with the rows that it is whitened by.
     pub fn about(&self, fit: &Fit) -> (&Rows, Linear) {
-        let excess = if fit.members.len() > 1 { self.excess(fit) } else { None };
-        (self.rows_at(fit.looseness.disturbance), self.linear(&fit.members, &fit.amplitudes, excess.as_deref()))
+        let excess = self.excess(fit);
+        let linear = self.linear(&fit.members, &fit.amplitudes, excess.as_deref(), fit.reference.as_deref());
+        (self.rows_at(fit.looseness), linear)
     }
 
     /// Fits a set from where it begins.
     pub fn fit(&self, begun: Fit) -> Fit {
-        self.fitted(begun, false)
+        self.fit_from(begun, false)
     }
 
-    /// The same; amplitudes that are settled keep their freedoms and curves.
-    pub fn fitted(&self, begun: Fit, mut is_settled: bool) -> Fit {
+    /// The same; choices that are settled stay.
+    pub fn fit_from(&self, begun: Fit, mut is_settled: bool) -> Fit {
         let mut fit = begun;
-        let bent = fit.members.iter().filter(|m| matches!(self.candidates[**m].answer, Answer::Bent(_))).count();
+        let is_known = is_settled;
         for iteration in 0..MOST_ITERATIONS {
-            let excess = if bent > 1 { self.excess(&fit) } else { None };
-            let linear = self.linear(&fit.members, &fit.amplitudes, excess.as_deref());
+            let (_, linear) = self.about(&fit);
             let before = (fit.freedoms.clone(), fit.looseness);
             if !is_settled {
-                let all: Vec<usize> = (0..fit.members.len()).collect();
+                let all: Vec<(usize, usize)> = fit.members.iter().copied().enumerate().collect();
                 fit.freedoms = self.freest(&linear, &fit.freedoms, (&all, true), fit.looseness).0;
             }
-            let near = (iteration > 0).then_some(fit.looseness);
+            let near = (iteration > 0 || is_known).then_some(fit.looseness);
             (fit.looseness, fit.log_evidence) = self.loosest(&linear, &fit.freedoms, near);
             // Choices that stood once stand to the end: the amplitudes come to rest beneath them.
             is_settled |= iteration > 0 && before == (fit.freedoms.clone(), fit.looseness);
-            let (rows, followed) = (self.rows_at(fit.looseness.disturbance), self.followed(&fit.freedoms));
-            let explained = Explained::new(rows, &self.profiles, &linear.residual, &linear.columns, &followed);
-            let Some(posterior) = explained.posterior(&fit.freedoms, fit.looseness.spread) else { break };
-            let mut most = 0.0f64;
-            for ((m, own), found) in fit.members.iter().zip(&mut fit.amplitudes).zip(posterior.amplitudes()) {
-                let candidate = &self.candidates[*m];
-                let is_straight = matches!(candidate.answer, Answer::Straight(_));
-                let is_negative = found.iter().sum::<f64>() < 0.0;
-                for (a, to) in own.iter_mut().zip(found) {
-                    let to = to.clamp(candidate.range.0, candidate.range.1);
-                    let step = if is_straight { to - *a } else { (to - *a).clamp(-LONGEST_STEP, LONGEST_STEP) };
-                    *a += step;
-                    if !is_straight {
-                        most = most.max(step.abs());
-                    }
-                }
-                // What cannot be less than nothing and wants to be explains nothing.
-                if !candidate.is_signed && is_negative && own.iter().all(|a| *a <= STANDS) {
-                    return Fit { log_evidence: f64::NEG_INFINITY, ..fit };
-                }
-            }
+            let (rows, followed) = (self.rows_at(fit.looseness), self.followed(&fit.freedoms));
+            let explained = Explained::new(rows, self.profiles, &linear.residual, &linear.slopes, &followed);
+            let Some(posterior) = explained.posterior(&fit.freedoms, fit.looseness) else { break };
+            let found = if self.is_log() { posterior.coefficients() } else { posterior.amplitudes() };
+            let Some(most) = self.step(&mut fit, found) else { return Fit { log_evidence: f64::NEG_INFINITY, ..fit } };
             fit.stands = most < STANDS;
             if fit.stands {
                 break;
@@ -338,13 +305,47 @@ impl<'a> Search<'a> {
         fit
     }
 
-    /// What several causes change together beyond the sum of their own changes, K, at their mean amplitudes.
+    /// Moves the amplitudes of a fit towards those found; returns the longest step of one that bends, in units of its scale. `None` where a
+    /// cause cannot be less than nothing and wants to be: it explains nothing.
+    fn step(&self, fit: &mut Fit, found: Vec<Vec<f64>>) -> Option<f64> {
+        let mut most = 0.0f64;
+        for (k, ((m, own), mut found)) in fit.members.iter().zip(&mut fit.amplitudes).zip(found).enumerate() {
+            let candidate = &self.candidates[*m];
+            let is_straight = candidate.answer.is_straight();
+            let is_negative = self.mean(&found) < 0.0;
+            found.resize(own.len(), 0.0);
+            // A log is linear about the machine with the set in force, however the choices beside it change.
+            let from = fit.reference.as_deref().map(|all| all.amplitudes.get(k).cloned().unwrap_or_else(|| vec![0.0; own.len()]));
+            for (i, (a, to)) in own.iter_mut().zip(found).enumerate() {
+                let is_bounded = !self.is_log() || i == 0;
+                let to = if is_bounded { to.clamp(candidate.range.0, candidate.range.1) } else { to };
+                let from = from.as_ref().map_or(*a, |from| from[i]);
+                let to = if is_straight { to } else { from + (to - from).clamp(-LONGEST_STEP, LONGEST_STEP) };
+                let step = to - *a;
+                *a = to;
+                if !is_straight {
+                    most = most.max(step.abs());
+                }
+            }
+            let is_nothing = if self.is_log() { own[0] <= STANDS } else { own.iter().all(|a| *a <= STANDS) };
+            if !candidate.is_signed && is_negative && is_nothing {
+                return None;
+            }
+        }
+        Some(most)
+    }
+
+    /// What several causes change together beyond the sum of their own changes, K, at their mean amplitudes; `None` where there is nothing, or
+    /// the machine with them in force is known.
     pub fn excess(&self, fit: &Fit) -> Option<Vec<f64>> {
-        let mean = |own: &Vec<f64>| own.iter().sum::<f64>() / own.len().max(1) as f64;
-        let at: Vec<(usize, f64)> = fit.members.iter().zip(&fit.amplitudes).map(|(m, own)| (*m, mean(own))).collect();
-        let mut excess = (self.together)(&at)?;
+        let bent = fit.members.iter().filter(|m| !self.candidates[**m].answer.is_straight()).count();
+        if bent < 2 || fit.reference.is_some() {
+            return None;
+        }
+        let at: Vec<(usize, f64)> = fit.members.iter().zip(&fit.amplitudes).map(|(m, own)| (*m, self.mean(own))).collect();
+        let mut excess = (self.solved.together)(&at)?;
         for (m, amplitude) in at {
-            let (change, _) = self.candidates[m].answer.at(&vec![amplitude; self.row_count()], &self.errors.row_of);
+            let (change, _) = self.candidates[m].answer.at(&self.alike(amplitude), &self.errors.row_of);
             excess.iter_mut().zip(change).for_each(|(e, c)| *e -= c);
         }
         Some(excess)
@@ -360,21 +361,35 @@ impl<'a> Search<'a> {
         freedoms.push(Freedom::constant(self.settings.sizes[0]));
         let mut best: Option<Fit> = None;
         // A disturbance that took the place of a cause goes only as the cause comes: with one alone neither is better.
-        let still = Looseness { disturbance: self.settings.disturbances[0], ..fit.looseness };
-        let mut begins: Vec<(f64, Looseness)> = candidate.answer.knots().iter().map(|knot| (*knot, fit.looseness)).collect();
+        let still = Looseness { disturbance: self.disturbances()[0], ..fit.looseness };
+        // About a machine with others in force only the slope is known.
+        let is_slope = fit.reference.as_ref().is_some_and(|all| !all.others.is_empty());
+        let knots = if is_slope { &[0.0][..] } else { candidate.answer.knots() };
+        let mut begins: Vec<(f64, Looseness)> = knots.iter().map(|knot| (*knot, fit.looseness)).collect();
         if still != fit.looseness {
-            begins.extend(candidate.answer.knots().iter().map(|knot| (*knot, still)));
+            begins.extend(knots.iter().map(|knot| (*knot, still)));
         }
         for (knot, looseness) in begins {
             let mut amplitudes = fit.amplitudes.clone();
-            amplitudes.push(vec![knot; self.row_count()]);
-            let linear = self.linear(&members, &amplitudes, excess);
-            let (found, log_evidence) = self.freest(&linear, &freedoms, (&[own], false), looseness);
+            amplitudes.push(self.alike(knot));
+            let linear = self.linear(&members, &amplitudes, excess, fit.reference.as_deref());
+            // In logs a cause may act by its law alone.
+            let (found, log_evidence) = self.freest(&linear, &freedoms, (&[(own, further)], self.is_log()), looseness);
             if best.as_ref().is_none_or(|best| log_evidence > best.log_evidence) {
                 let log_prior = self.log_prior(&members);
                 let members = members.clone();
-                let errors = fit.errors.clone();
-                best = Some(Fit { members, freedoms: found, looseness, amplitudes, log_evidence, log_prior, stands: false, errors });
+                let (errors, reference) = (fit.errors.clone(), fit.reference.clone());
+                best = Some(Fit {
+                    members,
+                    freedoms: found,
+                    looseness,
+                    amplitudes,
+                    log_evidence,
+                    log_prior,
+                    stands: false,
+                    errors,
+                    reference,
+                });
             }
         }
         best
@@ -390,8 +405,9 @@ impl<'a> Search<'a> {
     pub fn grown(&self, from: &[Fit]) -> Vec<Fit> {
         let mut found: Vec<Fit> = Vec::new();
         for fit in from.iter().take(GROWING) {
+            let fit = &self.with_others(fit);
             let about = self.with_errors_of(fit);
-            let excess = if fit.members.len() > 1 { self.excess(fit) } else { None };
+            let excess = self.excess(fit);
             let excess = excess.as_deref();
             let further: Vec<usize> = (0..self.candidates.len()).filter(|c| !fit.members.contains(c)).collect();
             let mut begun = sorted(further.par_iter().filter_map(|c| about.begun(fit, *c, excess)).collect());
@@ -405,14 +421,23 @@ impl<'a> Search<'a> {
         }
         sorted(found)
     }
+
+    /// A fit to a log with the slopes in every candidate about the machine with its set in force.
+    fn with_others(&self, fit: &Fit) -> Fit {
+        let all = self.solved.about.filter(|_| self.is_log()).and_then(|about| about(&fit.members, &fit.amplitudes, true));
+        match all {
+            Some((reference, errors)) => Fit { reference: Some(Arc::new(reference)), errors: Some(Arc::new(errors)), ..fit.clone() },
+            None => fit.clone(),
+        }
+    }
 }
 
-/// A residual without members, and their columns.
+/// A residual without members, and their slopes.
 pub struct Linear {
     /// K
     pub residual: Vec<f64>,
     /// K per scale.
-    pub columns: Vec<Vec<f64>>,
+    pub slopes: Vec<Slope>,
 }
 
 fn ordered(members: &[usize]) -> Vec<usize> {

@@ -15,6 +15,15 @@ pub struct AmplitudeSettings {
     pub disturbances: Vec<f64>,
     /// Price of the disturbance in log evidence, per unit: an exponential prior of mean 5 %.
     pub disturbance_price: f64,
+    /// The same in logs, where the heat wanders with the time: sun, draught and duty that no column tells may be as large as the mean heat.
+    pub wandering_heats: Vec<f64>,
+    /// Errors of each sensor of a log that are tried, standard deviations in K: they wander with the time, beside what is stated. A converter
+    /// of a third of a kelvin, air that is not still, a mixing that a lumped node leaves out.
+    pub wanderings: Vec<f64>,
+    /// Price of the wandering error in log evidence, 1/K: an exponential prior of mean 0.1 K.
+    pub wandering_price: f64,
+    /// Time over which they wander, as a share of the test.
+    pub wandering_memory: f64,
     /// Freedoms of an amplitude from condition to condition that are tried, as shares of its kind's scale.
     pub freedoms: Vec<f64>,
     /// Sizes of the mean amplitude that are tried, as multiples of its kind's scale: the second one is for large effects.
@@ -40,7 +49,9 @@ pub struct AmplitudeSettings {
 impl AmplitudeSettings {
     /// Whether a model leaves no more open than models of careful machine files do.
     pub(crate) fn is_usual(&self, looseness: &Looseness) -> bool {
-        looseness.spread <= self.usual.spread && looseness.disturbance <= self.usual.disturbance
+        looseness.spread <= self.usual.spread
+            && looseness.disturbance <= self.usual.disturbance
+            && looseness.wandering <= self.usual.wandering
     }
 }
 
@@ -51,11 +62,15 @@ impl Default for AmplitudeSettings {
             spread_price: 30.0,
             disturbances: vec![0.0, 0.01, 0.03, 0.1],
             disturbance_price: 20.0,
+            wandering_heats: vec![0.0, 0.01, 0.03, 0.1, 0.3, 1.0],
+            wanderings: vec![0.0, 0.05, 0.15, 0.5],
+            wandering_price: 10.0,
+            wandering_memory: 0.05,
             freedoms: vec![0.0, 0.15, 0.5, 1.5],
             sizes: vec![1.0, 3.0],
             choice_price: 1.0,
             expected_causes: 0.7,
-            usual: Looseness { spread: 0.02, disturbance: 0.03 },
+            usual: Looseness { spread: 0.02, disturbance: 0.03, wandering: 0.1 },
             alarm: 0.002,
             least_share: 0.5,
             certain: 0.9,

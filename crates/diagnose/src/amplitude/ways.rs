@@ -8,9 +8,9 @@ use nalgebra::{DMatrix, DVector};
 
 use super::evidence::{Explained, Freedom, Functions};
 use super::laws::{EXPONENT_COUNT, Family, Laws, Rule, Single};
-use super::profiles::Curve;
+use super::profiles::{Curve, Function};
 use super::rows::Looseness;
-use super::search::{Candidate, Fit, Search};
+use super::search::{Candidate, Fit, Search, Solved};
 use crate::effects::{Axis, Course, FoundLaw, LawNumber, Sequence};
 use coldplate_base::numbers::TWO_SIDED_90;
 
@@ -83,6 +83,8 @@ pub struct Ways<'a> {
     pub drifts: Vec<Vec<Candidate>>,
     /// The machine's variable of each variable of the search; none of the order of the rows.
     pub axes: &'a [Option<Axis>],
+    /// Values of each variable of the search in the rows.
+    pub variables: &'a [Vec<f64>],
 }
 
 impl Ways<'_> {
@@ -92,7 +94,7 @@ impl Ways<'_> {
             return (self.fit.log_evidence, vec![FoundWay { causes: Vec::new(), probability: 1.0 }]);
         }
         // What the members do together beyond the sum of their own effects stays as it was found.
-        let excess = if self.fit.members.len() > 1 { self.search.excess(self.fit) } else { None };
+        let excess = self.search.excess(self.fit);
         let mut candidates: Vec<Candidate> = self.fit.members.iter().map(|m| self.search.candidates[*m].clone()).collect();
         let count = candidates.len();
         candidates.extend(self.drifts.iter().flatten().cloned());
@@ -105,16 +107,18 @@ impl Ways<'_> {
             }
             Some(all)
         };
-        let mut search = Search { candidates: &candidates, together: &together, ..self.search.with_errors_of(self.fit) };
+        let solved = Solved { together: &together, ..self.search.solved };
+        let about = Search { candidates: &candidates, solved, ..self.search.with_errors_of(self.fit) };
         let fit = Fit { members: (0..count).collect(), ..self.fit.clone() };
-        let choices: Vec<Vec<Choice>> = (0..count).map(|m| self.choices(&search, &fit, m, excess.as_deref())).collect();
+        let choices: Vec<Vec<Choice>> = (0..count).map(|m| self.choices(&about, &fit, m, excess.as_deref())).collect();
         let combined = combined(&choices);
         let laws = combined.iter().enumerate().flat_map(|(way, of)| of.iter().enumerate().map(move |(m, choice)| (way, m, *choice)));
         let named = laws.flat_map(|(way, m, choice)| {
             let own: &[Single] = if let Means::Law { singles, .. } = &choice.means { singles } else { &[] };
             own.iter().map(move |single| (self.curve(way, m, count), single.factors.as_slice()))
         });
-        search.profiles = search.profiles.with_laws(named);
+        let profiles = about.profiles.with_laws(named);
+        let search = Search { profiles: &profiles, ..about };
         let fitted = |(way, of): (usize, &Vec<&Choice>)| self.fitted(&search, &fit, way, of);
         let mut all: Vec<(f64, bool, FoundWay)> = combined.iter().enumerate().filter_map(fitted).collect();
         if all.iter().any(|(log, ..)| log.is_finite()) {
@@ -138,18 +142,18 @@ impl Ways<'_> {
 
     /// Laws of a member, and no known law, best first.
     fn choices(&self, search: &Search<'_>, fit: &Fit, m: usize, excess: Option<&[f64]>) -> Vec<Choice> {
-        let linear = search.linear(&fit.members, &fit.amplitudes, excess);
-        let rows = search.rows_at(fit.looseness.disturbance);
-        let explained = Explained::new(rows, &search.profiles, &linear.residual, &linear.columns, &search.followed(&fit.freedoms));
+        let linear = search.linear(&fit.members, &fit.amplitudes, excess, None);
+        let rows = search.rows_at(fit.looseness);
+        let explained = Explained::new(rows, search.profiles, &linear.residual, &linear.slopes, &search.followed(&fit.freedoms));
         let mut without = fit.freedoms.clone();
-        without[m] = Freedom { size: 0.0, freedom: 0.0, curve: None };
-        let Some(others) = explained.posterior(&without, fit.looseness.spread) else { return vec![self.as_found(fit, m, 0.0)] };
+        without[m] = Freedom::constant(0.0);
+        let Some(others) = explained.posterior(&without, fit.looseness) else { return vec![self.as_found(fit, m, 0.0)] };
         let evidence = |own: Freedom| {
             let mut freedoms = fit.freedoms.clone();
             freedoms[m] = own;
-            explained.log_evidence(&freedoms, fit.looseness.spread)
+            explained.log_evidence(&freedoms, fit.looseness)
         };
-        let price = |own: Freedom| search.price(&[own], Looseness { spread: 0.0, disturbance: 0.0 });
+        let price = |own: Freedom| search.price(&[own], Looseness::default());
         let ground = evidence(without[m]).unwrap_or(f64::NEG_INFINITY);
         let own = fit.freedoms[m];
         let mut unknown = Vec::new();
@@ -157,7 +161,7 @@ impl Ways<'_> {
         if !is_constant {
             unknown.push(self.as_found(fit, m, evidence(own).unwrap_or(f64::NEG_INFINITY) - price(own) - ground));
         }
-        let smooth = &search.profiles;
+        let smooth = search.profiles;
         let singles = DMatrix::from_fn(self.row_count(), self.laws.len(), |row, f| self.laws.single(f).factors[row]);
         let mut columns = DMatrix::zeros(self.row_count(), smooth.of.len() + self.laws.len());
         columns.columns_range_mut(..smooth.of.len()).copy_from(&smooth.functions);
@@ -174,10 +178,10 @@ impl Ways<'_> {
         };
         for size in &search.settings.sizes {
             for deviation in search.settings.freedoms.iter().filter(|d| **d > 0.0) {
-                let in_rows = Freedom { size: *size, freedom: *deviation, curve: None };
+                let in_rows = Freedom { freedom: *deviation, ..Freedom::constant(*size) };
                 free(in_rows, evidence(in_rows).map(|log| log - ground));
                 for curve in smooth.curves() {
-                    let along = smooth.with(Some(curve)).into_iter().map(|f| (f, if smooth.of[f].is_none() { *size } else { *deviation }));
+                    let along = smooth.with(Some(curve)).into_iter().map(|f| (f, if smooth.of[f] == Function::Constant { *size } else { *deviation }));
                     let freedom = Freedom { curve: Some((curve, *deviation)), ..Freedom::constant(*size) };
                     free(freedom, screen.functions.gain(&along.collect::<Vec<_>>()));
                 }
@@ -251,13 +255,13 @@ impl Ways<'_> {
                 Means::Constant | Means::Unknown => {}
             }
         }
-        let fitted = search.fitted(begun, true);
+        let fitted = search.fit_from(begun, true);
         let log = fitted.log_evidence - of.iter().map(|choice| choice.price).sum::<f64>();
         let (rows, linear) = search.about(&fitted);
-        let explained = Explained::new(rows, &search.profiles, &linear.residual, &linear.columns, &search.followed(&fitted.freedoms));
-        let posterior = explained.posterior(&fitted.freedoms, fitted.looseness.spread)?;
+        let explained = Explained::new(rows, search.profiles, &linear.residual, &linear.slopes, &search.followed(&fitted.freedoms));
+        let posterior = explained.posterior(&fitted.freedoms, fitted.looseness)?;
         let cause = |(m, choice): (usize, &&Choice)| {
-            let deviations: Vec<f64> = posterior.covariance(m).diagonal().iter().map(|v| v.max(0.0).sqrt()).collect();
+            let deviations: Vec<f64> = posterior.variances(m).into_iter().map(f64::sqrt).collect();
             self.cause(search, choice, &fitted.amplitudes[m], &deviations)
         };
         let is_unknown = of.iter().all(|choice| matches!(choice.means, Means::Unknown));
@@ -296,7 +300,7 @@ impl Ways<'_> {
                     Some((curve, _)) => match &self.axes[curve.0] {
                         None => FoundLaw::Rows(Sequence::Curve(in_rows())),
                         Some(axis) => {
-                            let points = points(search, curve, amplitudes, &search.variables[curve.0]);
+                            let points = points(search, curve, amplitudes, &self.variables[curve.0]);
                             let own = points.into_iter().map(|(si, a)| (si / axis.per_unit, a / whole)).collect();
                             FoundLaw::over(axis, Course::Curve(own))
                         }

@@ -40,6 +40,8 @@ pub enum Form {
     At(u16),
     /// Of a count: only from this one on.
     From(u16),
+    /// The variable is the amplitude itself: a course that was found without a law.
+    Course,
 }
 
 /// Exponents that are looked for, all of them alike before the data are seen.
@@ -115,7 +117,7 @@ impl Law {
 
     /// Whether it says when a cause acts: at some times, in some tests, or on the way down.
     pub(crate) fn says_when(self) -> bool {
-        matches!(self, Self::Of(_, Form::Passed | Form::After(_) | Form::At(_) | Form::From(_)))
+        matches!(self, Self::Of(_, Form::Passed | Form::After(_) | Form::At(_) | Form::From(_) | Form::Course))
     }
 
     /// Factor of a law of the time, at a share of all the time of the data; one for other laws.

@@ -271,6 +271,16 @@ impl Hypothesis {
         Self { law, law_of: Some(scales.words_with(law, &number)), number: Some(number), ..self.clone() }
     }
 
+    /// The same by a variable that is its amplitude.
+    pub(crate) fn by_course(&self, law: Law) -> Self {
+        self.clone().under(law)
+    }
+
+    /// Whether what it makes of readings can follow a variable.
+    pub(crate) fn reads_course(&self) -> bool {
+        self.is_sensor() && self.effect.family().says_when()
+    }
+
     /// Whether its law is one that is looked for only where something is wrong.
     pub(crate) fn is_rare(&self) -> bool {
         self.law.says_when() || self.law.is_free()

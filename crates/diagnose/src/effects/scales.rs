@@ -353,7 +353,7 @@ impl Scales {
             Form::Passed => format!("in proportion to the time that has passed, this much at {}", at(f64::from(PARTS))),
             Form::After(n) => format!("only after {}", at(f64::from(n))),
             Form::At(_) | Form::From(_) => self.counts.iter().find(|count| count.variable == v).map_or(String::new(), |c| c.words(form)),
-            Form::Proportional => format!("in proportion to {name}"),
+            Form::Proportional | Form::Course => format!("in proportion to {name}"),
             Form::Squared => format!("with the square of {name}"),
             Form::Inverse => format!("in proportion to one over {name}"),
             Form::Above(level) => format!("only where {name} is above {}{}", significant(own.threshold(level), 4), own.unit_after()),
@@ -436,6 +436,7 @@ impl Scales {
                 let value = condition.si()[v] / own.per_unit;
                 match form {
                     Form::Proportional => value / own.largest(),
+                    Form::Course => value,
                     Form::Squared => (value / own.largest()).powi(2),
                     Form::Inverse => {
                         if value > 0.0 {
@@ -467,6 +468,7 @@ impl Scales {
                 let (name, largest) = (&own.name, own.largest());
                 match form {
                     Form::Proportional => format!("{name} / {largest:?}"),
+                    Form::Course => name.clone(),
                     Form::Squared => format!("({name} / {largest:?})^2"),
                     Form::Inverse => format!("{:?} / {name}", nine_digits(own.median)),
                     Form::Power(n) => {

@@ -223,7 +223,9 @@ fn renamed(leaf: &Leaf, [a, b]: [&str; 2]) -> Leaf {
 
 /// An amplitude at every row.
 fn at_rows((law, scales): (Law, &Scales), data: &Data, amplitude: f64) -> Vec<f64> {
-    let factors = if let Law::Of(_, Form::Passed | Form::After(_)) = law {
+    let factors = if let Law::Of(v, Form::Course) = law {
+        data.rows.iter().map(|row| row.condition.si()[v]).collect()
+    } else if let Law::Of(_, Form::Passed | Form::After(_)) = law {
         let times = || data.rows.iter().map(|row| row.time.unwrap_or(0.0));
         let (first, last) = times().fold((f64::INFINITY, f64::NEG_INFINITY), |(first, last), t| (first.min(t), last.max(t)));
         times().map(|time| law.at_share_of_time((time - first) / (last - first).max(f64::MIN_POSITIVE))).collect()

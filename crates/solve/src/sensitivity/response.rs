@@ -261,12 +261,22 @@ impl<'a> LinearisedHistory<'a> {
     /// disturbance the sensors at the first of `times`, which rise, then at the next.
     pub fn readings(&self, disturbances: &[DMatrix<f64>], times: &[f64]) -> Vec<Vec<f64>> {
         let Some(first) = disturbances.first() else { return Vec::new() };
-        let count = first.ncols();
-        let mut state = match &self.rest {
+        let state = match &self.rest {
             Some(matrix) => solved(matrix, -first),
-            None => DMatrix::zeros(self.basis.size, count),
+            None => DMatrix::zeros(self.basis.size, first.ncols()),
         };
-        let mut found = vec![Vec::with_capacity(times.len() * self.basis.readings.nrows()); count];
+        self.from(state, Some(disturbances), times)
+    }
+
+    /// Change of every sensor (K) by other temperatures at the start, given as heat content of the nodes (J), projected, a column for each;
+    /// in the order of [`LinearisedHistory::readings`].
+    pub fn relaxing(&self, contents: &DMatrix<f64>, times: &[f64]) -> Vec<Vec<f64>> {
+        self.from(solved(&decomposed(&self.basis.capacity), contents.clone()), None, times)
+    }
+
+    /// Change of every sensor (K) from a state at the start, projected, and by disturbances.
+    fn from(&self, mut state: DMatrix<f64>, disturbances: Option<&[DMatrix<f64>]>, times: &[f64]) -> Vec<Vec<f64>> {
+        let mut found = vec![Vec::with_capacity(times.len() * self.basis.readings.nrows()); state.ncols()];
         let mut take = |values: &DMatrix<f64>| found.iter_mut().zip(values.column_iter()).for_each(|(f, v)| f.extend(v.iter()));
         let mut next = times.iter().peekable();
         let mut shown = &self.basis.readings * &state;
@@ -275,13 +285,17 @@ impl<'a> LinearisedHistory<'a> {
         }
         let mut begun = self.start;
         for step in &self.steps {
-            let (here, there) = (&disturbances[step.moment], &disturbances[step.moment + 1]);
-            let forcing = |share: f64| (here * (1.0 - share) + there * share) * (GAMMA * step.length);
-            let solve = |k: usize, right: DMatrix<f64>| solved(&step.matrices[k], right);
-            let between = solve(0, &self.basis.capacity * &state - forcing(step.stages[0]));
+            let less = |right: DMatrix<f64>, share: f64| match disturbances {
+                Some(all) => {
+                    let (here, there) = (&all[step.moment], &all[step.moment + 1]);
+                    right - (here * (1.0 - share) + there * share) * (GAMMA * step.length)
+                }
+                None => right,
+            };
+            let between = solved(&step.matrices[0], less(&self.basis.capacity * &state, step.stages[0]));
             let rate = (&between - &state) / (GAMMA * step.length);
             let begin = &self.basis.capacity * (&state + rate * ((1.0 - GAMMA) * step.length));
-            state = solve(1, begin - forcing(step.stages[1]));
+            state = solved(&step.matrices[1], less(begin, step.stages[1]));
             let now = &self.basis.readings * &state;
             while let Some(time) = next.next_if(|t| **t <= step.end) {
                 let share = (time - begun) / step.length;

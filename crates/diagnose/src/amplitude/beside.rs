@@ -1,0 +1,444 @@
+//! The machine as it is beside the data: every place and kind fitted, sets grown, laws told.
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use super::evidence::Explained;
+use super::laws::{Laws, Rule};
+use super::logs::{Log, rows_that_count};
+use super::profiles::Profiles;
+use super::response::{Answer, Response};
+use super::rows::Errors;
+use super::search::{About, Candidate, Fit, Search, Solved};
+use super::settings::AmplitudeSettings;
+use super::sizing::Sizing;
+use super::ways::{FoundWay, Ways};
+use super::{PlaceAndKind, PlaceSet, Places, Way};
+use crate::effects::{Axis, Effect, Heat, Hypothesis, Law, Scales, hypotheses};
+use crate::predictor::Predictor;
+use crate::signature;
+use crate::view::Comparison;
+use crate::{Cause, Problem};
+use coldplate_base::error::Result;
+use coldplate_base::progress::Progress;
+use coldplate_evidence::measurement::{ReadingRow, whiten};
+use coldplate_network::Load;
+
+/// Amplitudes at which the machine is solved for each cause that bends, in units of its scale.
+const KNOTS: [f64; 6] = [-5.0, -2.5, -1.0, 1.0, 2.5, 5.0];
+/// Places of one set at most.
+const MOST_PLACES: usize = 4;
+/// Sets of each size that are fitted about the machine with the set in force.
+const REFINED: usize = 10;
+/// The same of logs of a machine of cells, each of which takes several runs.
+const REFINED_OF_CELLS: usize = 3;
+/// Causes that bend and are run at several amplitudes in logs of a machine of cells: those whose slopes explain most.
+const RUN_OF_CELLS: usize = 12;
+/// Sets that are reported.
+const MOST_SETS: usize = 12;
+
+/// The machine as it is beside the data, with all that could be wrong with it.
+pub(crate) struct Beside<'p> {
+    /// The problem.
+    pub problem: &'p Problem,
+    /// Places and kinds, each under its usual law.
+    pub catalogue: Vec<Hypothesis>,
+    /// The same under the law that follows the temperature of their place.
+    drifting: Vec<Hypothesis>,
+    /// Where laws are one.
+    pub scales: Scales,
+    /// Predictions, residual, signatures of the catalogue, and covariance.
+    pub base: Comparison,
+}
+
+impl<'p> Beside<'p> {
+    /// Of a problem.
+    ///
+    /// # Errors
+    /// The machine as it is cannot be solved at the data's conditions.
+    pub fn of(problem: &'p Problem) -> Result<Self> {
+        let (study, data) = (&problem.study, &problem.data);
+        let scales = Scales::of(data, &study.model.machine);
+        let mut catalogue = hypotheses(study, data, &problem.user);
+        let drifting = catalogue.iter().filter(|h| h.is_drift() && h.law != h.effect.usual_law()).cloned().collect();
+        catalogue.retain(|h| h.law == h.effect.usual_law() && !problem.without.iter().any(|kind| kind == h.kind()));
+        let base = Comparison::of(problem, study, &catalogue, &scales)?;
+        Ok(Self { problem, catalogue, drifting, scales, base })
+    }
+
+    /// The same where further laws are known.
+    pub fn knowing(self, scales: Scales) -> Self {
+        Self { scales, ..self }
+    }
+
+    /// Predictions with causes in force.
+    pub fn predictor(&self) -> Predictor<'_> {
+        Predictor {
+            study: &self.problem.study,
+            data: &self.problem.data,
+            predicted: &self.base.found.prediction.values,
+            fields: &self.base.found.fields,
+            runs: self.problem.runs(),
+            scales: &self.scales,
+            user: &self.problem.user,
+        }
+    }
+
+    /// Places and kinds by evidence.
+    pub fn places(&self, settings: &AmplitudeSettings, progress: &dyn Progress) -> Places {
+        let predictor = self.predictor();
+        let (problem, base) = (self.problem, &self.base);
+        progress.say(&format!("{} places and kinds, each at several amplitudes", self.catalogue.len()));
+        let known = self.catalogue.iter().zip(&base.found.columns);
+        let visible: Vec<(&Hypothesis, &Vec<f64>)> = known.filter(|(_, column)| column.iter().any(|c| c.abs() > 1e-9)).collect();
+        let (network, is_log) = (&problem.study.model.network, problem.data.is_transient());
+        let sizes: Vec<Sizing> = visible.iter().map(|(h, _)| Sizing::of(h, network, is_straight(h))).collect();
+        let is_costly = is_log && problem.study.model.mesh.cells > 0;
+        let mut candidates: Vec<Candidate> =
+            visible.par_iter().zip(&sizes).map(|(own, size)| candidate(&predictor, *own, *size, !is_costly)).collect();
+        let log = is_log.then(|| Log::new(problem, &predictor, (base, &self.catalogue), (&visible, &sizes), settings));
+        let together = |members: &[(usize, f64)]| -> Option<Vec<f64>> {
+            let with: Vec<(&Hypothesis, f64)> = members.iter().map(|(m, a)| (visible[*m].0, sizes[*m].amplitude(*a))).collect();
+            Some(difference(&predictor.predict(&with).ok()?, predictor.predicted))
+        };
+        let numbers_with = |m: usize, a: f64| numbers_with(&predictor, base, visible[m].0, sizes[m].amplitude(a));
+        let in_force = |members: &[usize], amplitudes: &[Vec<f64>], with_all: bool| log.as_ref()?.about(members, amplitudes, with_all);
+        let about = log.as_ref().filter(|log| log.is_followed());
+        let solved = Solved { together: &together, numbers_with: &numbers_with, about: about.map(|_| &in_force as About<'_>) };
+        let (errors, profiles, names) = match &log {
+            None => {
+                let (names, variables) = variables(problem);
+                let count = rows_that_count(&problem.data).len();
+                (errors(problem, base, &self.catalogue), (Profiles::constant(count), Profiles::smooth(count, &variables)), names)
+            }
+            Some(log) => (log.errors(), log.profiles(), log.names.clone()),
+        };
+        let along = log.as_ref().map(Log::along);
+        let in_time = |m: usize, own: Candidate| match log.as_ref().zip(along.as_ref()) {
+            Some((log, along)) => own.in_time(along[m].clone(), log.runs(visible[m].0)),
+            None => own,
+        };
+        candidates = candidates.into_iter().enumerate().map(|(m, own)| in_time(m, own)).collect();
+        let (profiles, residual) = ((&profiles.0, &profiles.1), &base.found.residual);
+        let by_slope = if is_costly {
+            progress.say("places and kinds by their slopes");
+            let search = Search::new(&errors, residual, &candidates, settings, solved, profiles);
+            let bent = |m: &usize| !is_straight(visible[*m].0);
+            let best: Vec<usize> =
+                search.singles(&search.nothing()).iter().map(|fit| fit.members[0]).filter(bent).take(RUN_OF_CELLS).collect();
+            let run = |m: &usize| (*m, candidate(&predictor, visible[*m], sizes[*m], true));
+            best.par_iter().map(run).collect::<Vec<_>>().into_iter().for_each(|(m, run)| candidates[m] = in_time(m, run));
+            (0..visible.len()).filter(bent).count() - best.len()
+        } else {
+            0
+        };
+        let search = Search::new(&errors, residual, &candidates, settings, solved, profiles);
+        let nothing = search.nothing();
+        let mut all = grown(&search, &nothing, if is_costly { REFINED_OF_CELLS } else { REFINED }, progress);
+        all.push(nothing.clone());
+        let found = Found { beside: self, search: &search, visible: &visible, sizes: &sizes, names: &names, nothing: &nothing };
+        let (sets, scales) = if is_log { (found.in_time(all), self.scales.clone()) } else { found.under_laws(all, progress) };
+        Places { sets, tried: candidates.len(), by_slope, scales }
+    }
+}
+
+/// What a search found.
+struct Found<'a> {
+    beside: &'a Beside<'a>,
+    search: &'a Search<'a>,
+    visible: &'a [(&'a Hypothesis, &'a Vec<f64>)],
+    sizes: &'a [Sizing],
+    /// Variables over which amplitudes may run.
+    names: &'a [String],
+    nothing: &'a Fit,
+}
+
+impl Found<'_> {
+    /// Sets of a log, most probable first, each with the course of its amplitudes.
+    fn in_time(&self, mut all: Vec<Fit>) -> Vec<PlaceSet> {
+        all.sort_by(|a, b| b.log_posterior().total_cmp(&a.log_posterior()));
+        let whole = whole(all.iter());
+        let told = |fit: &Fit| {
+            let set = self.told(fit, whole);
+            PlaceSet { ways: vec![as_means(&set.members)], ..set }
+        };
+        all.iter().take(MOST_SETS).map(told).collect()
+    }
+
+    /// Sets of a table, most probable first, with the laws of their members, and scales that know these.
+    fn under_laws(&self, all: Vec<Fit>, progress: &dyn Progress) -> (Vec<PlaceSet>, Scales) {
+        progress.say("laws");
+        let Beside { problem, scales, drifting, .. } = self.beside;
+        let machine = &problem.study.model.machine;
+        let at = self.names.iter().map(|name| machine.variables.iter().position(|variable| variable.name == *name)).collect::<Vec<_>>();
+        let axes: Vec<Option<Axis>> = at.iter().map(|v| v.map(|v| scales.axis(v).0)).collect();
+        let laws = Laws::new(scales, machine, &problem.data, &at.into_iter().flatten().collect::<Vec<_>>());
+        let (mut all, rest) = best_of_each_size(all);
+        let members: Vec<&Hypothesis> = all.iter().flat_map(|fit| &fit.members).map(|c| self.visible[*c].0).collect();
+        let drifts = drifts(&self.beside.predictor(), drifting, &members);
+        let of_place = |c: &usize| drifts.iter().filter(|(h, _)| is_of(h, self.visible[*c].0)).map(|(_, own)| own.clone()).collect();
+        let (_, variables) = variables(problem);
+        let ways = |fit: &Fit| {
+            let drifts = fit.members.iter().map(of_place).collect();
+            Ways { search: self.search, fit, laws: &laws, drifts, axes: &axes, variables: &variables }.found()
+        };
+        let ways: Vec<(f64, Vec<FoundWay>)> = all.par_iter().map(ways).collect();
+        // The evidence of a set is that of all ways in which it can act.
+        all.iter_mut().zip(&ways).for_each(|(fit, (log, _))| fit.log_evidence = *log);
+        let whole = whole(all.iter().chain(&rest));
+        let mut found: Vec<(Fit, (f64, Vec<FoundWay>))> = all.into_iter().zip(ways).collect();
+        found.sort_by(|a, b| b.0.log_posterior().total_cmp(&a.0.log_posterior()));
+        let mut named = scales.clone();
+        let of = |(fit, (_, found)): (Fit, (f64, Vec<FoundWay>))| -> PlaceSet {
+            let set = self.told(&fit, whole);
+            let sizes: Vec<Sizing> = fit.members.iter().map(|m| self.sizes[*m]).collect();
+            let ways = found.into_iter().map(|way| told(way, (&set.members, &sizes), &drifts, &mut named, problem)).collect();
+            PlaceSet { ways, ..set }
+        };
+        (found.into_iter().take(MOST_SETS).map(of).collect(), named)
+    }
+
+    /// A set beside the logarithm of the sum of all posteriors, without its laws.
+    fn told(&self, fit: &Fit, whole: f64) -> PlaceSet {
+        let (posterior, density) = seen(self.search, fit);
+        let ground = seen(self.search, self.nothing).1;
+        let profiles = self.search.all_profiles;
+        let member = |(m, c): (usize, &usize)| {
+            let own = if self.search.is_log() { profiles.course(&fit.amplitudes[m]) } else { fit.amplitudes[m].clone() };
+            let freedom = &fit.freedoms[m];
+            let law = profiles.linear().into_iter().filter(|v| freedom.has(*v));
+            let over: Vec<&str> = freedom.curve.map(|((v, _), _)| v).into_iter().chain(law).map(|v| self.names[v].as_str()).collect();
+            PlaceAndKind {
+                hypothesis: self.visible[*c].0.clone(),
+                deviations: posterior[m].iter().zip(&own).map(|(d, a)| d * self.sizes[*c].slope(*a)).collect(),
+                amplitudes: own.iter().map(|a| self.sizes[*c].amplitude(*a)).collect(),
+                is_free: freedom.freedom > 0.0,
+                over: (!over.is_empty()).then(|| over.join(", ")),
+            }
+        };
+        PlaceSet {
+            members: fit.members.iter().enumerate().map(member).collect(),
+            ways: Vec::new(),
+            lead: fit.log_evidence - self.nothing.log_evidence,
+            probability: (fit.log_posterior() - whole).exp(),
+            kept_out: sum_and_error(&difference(&density, &ground)),
+            looseness: fit.looseness,
+            errors: fit.errors.clone().unwrap_or_else(|| Arc::new(self.search.errors.clone())),
+        }
+    }
+}
+
+/// Logarithm of the sum of the posteriors of some fits.
+fn whole<'f>(all: impl Iterator<Item = &'f Fit> + Clone) -> f64 {
+    let most = all.clone().map(Fit::log_posterior).fold(f64::NEG_INFINITY, f64::max);
+    most + all.map(|fit| (fit.log_posterior() - most).exp()).sum::<f64>().ln()
+}
+
+/// Sets of one place and more, fitted, while larger ones are more probable.
+fn grown(search: &Search<'_>, nothing: &Fit, most: usize, progress: &dyn Progress) -> Vec<Fit> {
+    progress.say("places and kinds alone");
+    let mut all = refined(search, search.singles(nothing), most);
+    let mut last = all.clone();
+    for count in 2..=MOST_PLACES {
+        let best = all.iter().map(Fit::log_posterior).fold(f64::NEG_INFINITY, f64::max);
+        progress.say(&format!("sets of {count}"));
+        last = refined(search, search.grown(&last), most);
+        let is_better = last.first().is_some_and(|first| first.log_posterior() > best);
+        all.extend(last.iter().cloned());
+        if !is_better {
+            break;
+        }
+    }
+    all
+}
+
+/// The way in which every amplitude is its mean over the rows.
+fn as_means(members: &[PlaceAndKind]) -> Way {
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
+    let cause = |m: &PlaceAndKind| Cause::new(m.hypothesis.clone(), mean(&m.amplitudes), mean(&m.deviations));
+    Way { causes: members.iter().map(cause).collect(), probability: 1.0, is_writable: true }
+}
+
+/// The best sets of each size, whose laws are looked for, and the others.
+fn best_of_each_size(mut all: Vec<Fit>) -> (Vec<Fit>, Vec<Fit>) {
+    all.sort_by(|a, b| b.log_posterior().total_cmp(&a.log_posterior()));
+    let mut counts = [0; MOST_PLACES + 1];
+    all.into_iter().partition(|fit| {
+        counts[fit.members.len()] += 1;
+        counts[fit.members.len()] <= REFINED
+    })
+}
+
+/// Whether a hypothesis is of the place and effect of another.
+fn is_of(h: &Hypothesis, other: &Hypothesis) -> bool {
+    h.effect == other.effect && h.place == other.place
+}
+
+/// What changes with the temperature of its place instead, of some members, with its answers.
+fn drifts(predictor: &Predictor<'_>, all: &[Hypothesis], members: &[&Hypothesis]) -> Vec<(Hypothesis, Candidate)> {
+    let is_member = |h: &&Hypothesis| members.iter().any(|own| is_of(h, own));
+    let own: Vec<Hypothesis> = all.iter().filter(is_member).cloned().collect();
+    let about = (predictor.scales, predictor.user);
+    let found = signature::steady(predictor.study, predictor.data, &[], &own, about, Some(predictor.fields));
+    let columns = found.map(|found| found.columns).unwrap_or_default();
+    let network = &predictor.study.model.network;
+    let of = |(h, column): (Hypothesis, Vec<f64>)| {
+        let size = Sizing::of(&h, network, is_straight(&h));
+        let own = candidate(predictor, (&h, &column), size, true);
+        (h, own)
+    };
+    own.into_par_iter().zip(columns).map(of).collect()
+}
+
+/// A way as causes; its laws get names in the scales.
+fn told(
+    way: FoundWay,
+    (members, sizes): (&[PlaceAndKind], &[Sizing]),
+    drifts: &[(Hypothesis, Candidate)],
+    scales: &mut Scales,
+    problem: &Problem,
+) -> Way {
+    let mut causes = Vec::with_capacity(members.len());
+    for ((own, member), size) in way.causes.into_iter().zip(members).zip(sizes) {
+        let h = &member.hypothesis;
+        let mut drifts = drifts.iter().filter(|(drift, _)| is_of(drift, h)).map(|(drift, _)| drift.clone());
+        let under = match (own.rule, own.drift) {
+            (_, Some(d)) => drifts.nth(d).unwrap_or_else(|| h.clone()),
+            (None, None) => h.clone(),
+            (Some(rule), None) => {
+                let law = match rule {
+                    Rule::Listed(law) => law,
+                    Rule::Found(found) => scales.named(found),
+                };
+                own.number.map_or_else(|| h.clone().under_of(law, scales), |number| h.under_found(law, number, scales))
+            }
+        };
+        let (amplitude, deviation) = own.amplitude;
+        // A law is in proportion to the amplitude in the hypothesis' own unit, a constant may be of a number that moves by its logarithm.
+        let (amplitude, deviation) = (size.amplitude(amplitude), deviation * size.slope(amplitude));
+        causes.push(Cause::new(under, amplitude, deviation));
+    }
+    let lines = |cause: &Cause| cause.hypothesis.written(&problem.study, &problem.data, scales, &problem.user, cause.amplitude);
+    let is_writable = causes.iter().all(|cause| matches!(lines(cause), Ok(Some(_))));
+    Way { causes, probability: way.probability, is_writable }
+}
+
+/// The best of some fits about the machine with their sets in force, most probable first.
+fn refined(search: &Search<'_>, mut fits: Vec<Fit>, most: usize) -> Vec<Fit> {
+    let rest = fits.split_off(fits.len().min(most));
+    let mut all: Vec<Fit> = fits.into_par_iter().map(|fit| search.refined(fit)).chain(rest).collect();
+    all.retain(|fit| fit.log_evidence.is_finite());
+    all.sort_by(|a, b| b.log_posterior().total_cmp(&a.log_posterior()));
+    all
+}
+
+/// Change of the readings with the logarithm of each number of the machine (K) with a cause in force at an amplitude.
+fn numbers_with(predictor: &Predictor<'_>, base: &Comparison, h: &Hypothesis, amplitude: f64) -> Option<Vec<Vec<f64>>> {
+    if h.is_sensor() {
+        return None;
+    }
+    let study = predictor.extended(&[(h, amplitude)]).ok()??.study;
+    // An effect is numbered anew in another file.
+    let own = hypotheses(&study, predictor.data, predictor.user);
+    let same = |(number, _): &(Hypothesis, f64)| {
+        let is = |other: &&Hypothesis| (other.kind(), &other.place, other.law) == (number.kind(), &number.place, number.law);
+        own.iter().find(is).cloned()
+    };
+    let numbers = base.numbers.iter().map(same).collect::<Option<Vec<Hypothesis>>>()?;
+    let about = (predictor.scales, predictor.user);
+    let found = signature::steady(&study, predictor.data, &[], &numbers, about, Some(predictor.fields)).ok()?;
+    let scaled = |(column, (_, unit)): (&Vec<f64>, &(Hypothesis, f64))| column.iter().map(|c| unit * c).collect();
+    Some(found.columns.iter().zip(&base.numbers).map(scaled).collect())
+}
+
+/// Deviations of the amplitudes of each member, and the density of each row given all others.
+fn seen(search: &Search<'_>, fit: &Fit) -> (Vec<Vec<f64>>, Vec<f64>) {
+    let search = search.with_errors_of(fit);
+    let (rows, linear) = search.about(fit);
+    let explained = Explained::new(rows, search.profiles, &linear.residual, &linear.slopes, &search.followed(&fit.freedoms));
+    let Some(posterior) = explained.posterior(&fit.freedoms, fit.looseness) else { return Default::default() };
+    let deviations = |m: usize| posterior.variances(m).into_iter().map(f64::sqrt).collect();
+    ((0..fit.members.len()).map(deviations).collect(), posterior.kept_out())
+}
+
+/// Variables of a steady table over which an amplitude may run, by name, with their values in the rows with readings; the order of the rows
+/// is the last one.
+fn variables(problem: &Problem) -> (Vec<String>, Vec<Vec<f64>>) {
+    // Rows without a reading say nothing.
+    let rows: Vec<&ReadingRow> = problem.data.rows.iter().filter(|row| row.has_readings()).collect();
+    let value = |v: usize| rows.iter().map(|row| row.condition.si()[v]).collect::<Vec<f64>>();
+    let own = problem.study.model.machine.variables.iter().enumerate().filter(|(_, variable)| problem.states(&variable.name));
+    let own = own.map(|(v, variable)| (variable.name.clone(), value(v)));
+    // In the order of the rows: what sets in or drifts while a table is taken.
+    let order = ("row".to_string(), (0..rows.len()).map(|row| row as f64).collect());
+    let varies = |(_, values): &(String, Vec<f64>)| values.iter().any(|x| *x != values[0]);
+    own.chain([order]).filter(varies).unzip()
+}
+
+fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
+    a.iter().zip(b).map(|(a, b)| a - b).collect()
+}
+
+/// Sum of some numbers, and its standard error.
+fn sum_and_error(numbers: &[f64]) -> (f64, f64) {
+    let n = numbers.len().max(1) as f64;
+    let mean = numbers.iter().sum::<f64>() / n;
+    let variance = numbers.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
+    (n * mean, (n * variance).sqrt())
+}
+
+/// Whether the readings answer straight, however large it is.
+fn is_straight(h: &Hypothesis) -> bool {
+    h.is_fixed() || h.reads_course() || matches!(h.effect, Effect::Heat(_) | Effect::User(_))
+}
+
+/// A cause with its answer: straight where heats, offsets and exchanges are, else solved at several amplitudes, if it is to be.
+fn candidate(predictor: &Predictor<'_>, (h, column): (&Hypothesis, &Vec<f64>), size: Sizing, is_solved: bool) -> Candidate {
+    let (low, high) = if h.is_fixed() { (0.0, 1.0) } else { h.range() };
+    let range = (size.position(low), size.position(high));
+    let slope: Vec<f64> = column.iter().map(|c| c * size.slope(0.0)).collect();
+    let mut answer = Answer::Straight(slope.clone());
+    if is_solved && !is_straight(h) {
+        let at = |knot: &f64| Some((*knot, difference(&predictor.predict(&[(h, size.amplitude(*knot))]).ok()?, predictor.predicted)));
+        let mut solved: Vec<(f64, Vec<f64>)> = KNOTS.iter().filter(|k| **k >= range.0 && **k <= range.1).filter_map(at).collect();
+        solved.push((0.0, vec![0.0; column.len()]));
+        solved.sort_by(|a, b| a.0.total_cmp(&b.0));
+        if solved.len() > 2 {
+            let (knots, changes) = solved.into_iter().unzip();
+            answer = Answer::Bent(Response::new(knots, changes));
+        }
+    }
+    let may_wander = !matches!(h.effect, Effect::Heat(_) | Effect::User(_));
+    Candidate { answer, is_signed: h.is_signed && !h.is_fixed(), range, rate: h.rate(1), may_wander, may_run: true }
+}
+
+/// The covariance of a table's readings without any cause.
+fn errors(problem: &Problem, base: &Comparison, catalogue: &[Hypothesis]) -> Errors {
+    let places = whiten::places(&problem.data);
+    let machine = &problem.study.model.machine;
+    let loads = problem.data.rows.iter().filter_map(|row| Load::at(machine, &row.condition).ok());
+    let heats: Vec<f64> = loads.flat_map(|load| load.powers).map(f64::abs).collect();
+    let mean = heats.iter().sum::<f64>() / heats.len().max(1) as f64;
+    let is_heat = |h: &Hypothesis| matches!(h.effect, Effect::Heat(Heat::Into(_))) && h.law == Law::Constant;
+    let of_heat = catalogue.iter().zip(&base.found.columns).filter(|(h, _)| is_heat(h));
+    Errors {
+        row_of: consecutive(places.iter().map(|(row, _)| *row)),
+        noise: base.errors.noise().to_vec(),
+        stated: base.errors.shared(),
+        numbers: base.errors.numbers().to_vec(),
+        heats: of_heat.map(|(_, column)| column.iter().map(|c| c * mean).collect()).collect(),
+        log: None,
+    }
+}
+
+/// Rising numbers, counted from zero without gaps.
+fn consecutive(rows: impl Iterator<Item = usize>) -> Vec<usize> {
+    let (mut all, mut last) = (Vec::new(), None);
+    for row in rows {
+        let before = all.last().copied().unwrap_or(0);
+        all.push(if last.is_some_and(|last| last != row) { before + 1 } else { before });
+        last = Some(row);
+    }
+    all
+}

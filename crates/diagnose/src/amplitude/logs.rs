@@ -1,0 +1,455 @@
+//! Logs: functions of time that amplitudes follow, the disturbance that wanders with the time, and the machine with a set in force.
+//!
+//! A reading answers to all that was before it. So an amplitude is given by the coefficients of few functions of the rows, and the readings
+//! answer to each of them by a column, which comes from the machine linearised along its own histories ([`crate::follow`]). What is large is
+//! put in force: the machine is run with the course of each amplitude, as a variable of its file, and made linear again there. Where fronts
+//! run there is no such machine; there columns are differences of runs, amplitudes are alike in all rows, and so is the disturbance in each
+//! test.
+
+use std::collections::BTreeMap;
+
+use super::profiles::Profiles;
+use super::response::Slope;
+use super::rows::{Errors, LogNoise};
+use super::search::Reference;
+use super::settings::AmplitudeSettings;
+use super::sizing::Sizing;
+use crate::Problem;
+use crate::effects::{Effect, Heat, Hypothesis, Law, LawForm, Scales, hypotheses};
+use crate::follow::Follower;
+use crate::predictor::{Predictor, in_order};
+use crate::view::Comparison;
+use crate::when::Added;
+use coldplate_evidence::identify;
+use coldplate_evidence::measurement::{Data, ReadingRow, TIME, whiten};
+use coldplate_explore::simulate::Start;
+use coldplate_network::Load;
+use coldplate_solve::study::Study;
+
+/// Columns of the disturbance, about: knots are as many as fill them. Chosen: time against what wanders fast.
+const COLUMNS: usize = 400;
+/// Least and most knots of the disturbance in each test. Chosen.
+const KNOTS: (usize, usize) = (6, 24);
+/// Stretches that are kept out, at least: fewer tests are divided.
+const STRETCHES: usize = 6;
+/// Instants in each test at which courses turn in a machine of cells. Chosen: time steps against what is between them.
+const INSTANTS_OF_CELLS: usize = 48;
+/// Step of the mean amplitude by which slopes along a course are scaled, as a share of the kind's scale.
+const STEP: f64 = 0.1;
+/// Name of the variable that is the course of a member.
+const COURSE: &str = "diagnosed_course_";
+
+/// A log with what its search needs.
+pub struct Log<'a> {
+    problem: &'a Problem,
+    predictor: &'a Predictor<'a>,
+    base: &'a Comparison,
+    catalogue: &'a [Hypothesis],
+    visible: &'a [(&'a Hypothesis, &'a Vec<f64>)],
+    sizes: &'a [Sizing],
+    settings: &'a AmplitudeSettings,
+    /// Functions of all rows.
+    functions: Profiles,
+    /// How many of them every cause is screened by.
+    screened: usize,
+    /// Knots of the disturbance: functions of all rows.
+    hats: Vec<Vec<f64>>,
+    /// Between instants at which courses turn, in rows.
+    stride: usize,
+    /// Mean heat of the machine, W.
+    heat: f64,
+    /// Stretch of each reading.
+    stretches: Vec<usize>,
+    /// Variables over which an amplitude may run, by name; the time is the last one.
+    pub names: Vec<String>,
+}
+
+impl<'a> Log<'a> {
+    /// A log beside the machine as it is; `visible` are the causes that show with their columns, and `sizes` their amplitudes in units of scales.
+    pub fn new(
+        problem: &'a Problem,
+        predictor: &'a Predictor<'a>,
+        (base, catalogue): (&'a Comparison, &'a [Hypothesis]),
+        (visible, sizes): (&'a [(&'a Hypothesis, &'a Vec<f64>)], &'a [Sizing]),
+        settings: &'a AmplitudeSettings,
+    ) -> Self {
+        let data = &problem.data;
+        let machine = &problem.study.model.machine;
+        let (mut names, mut variables) = (Vec::new(), Vec::new());
+        for (v, variable) in machine.variables.iter().enumerate() {
+            let values: Vec<f64> = data.rows.iter().map(|row| row.condition.si()[v]).collect();
+            if problem.states(&variable.name) && variable.name != TIME && varies_within_tests(data, &values) {
+                names.push(variable.name.clone());
+                variables.push(values);
+            }
+        }
+        names.push(TIME.into());
+        variables.push(elapsed(data));
+        let read: Vec<usize> = rows_that_count(data);
+        let is_followed = base.found.linear.is_some();
+        let functions = if is_followed { Profiles::of_log(&variables, &read) } else { Profiles::constant(data.rows.len()) };
+        let screened = functions.screened();
+        let loads = data.rows.iter().filter_map(|row| Load::at(machine, &row.condition).ok());
+        let heats: Vec<f64> = loads.flat_map(|load| load.powers).map(f64::abs).collect();
+        let tests = data.tests();
+        let places = visible.iter().filter(|(h, _)| is_heat(h)).count();
+        let knots = (COLUMNS / (places * tests.len()).max(1)).clamp(KNOTS.0, KNOTS.1);
+        let hats = if is_followed { hats(data, knots) } else { hats(data, 1) };
+        let longest = tests.iter().map(|test| data.rows.iter().filter(|row| row.test == *test).count()).max().unwrap_or(1);
+        let stride = if problem.study.model.mesh.cells == 0 { 1 } else { longest.div_ceil(INSTANTS_OF_CELLS) };
+        let heat = heats.iter().sum::<f64>() / heats.len().max(1) as f64;
+        let stretches = stretches(data);
+        Self { problem, predictor, base, catalogue, visible, sizes, settings, functions, screened, hats, stride, heat, stretches, names }
+    }
+
+    /// Functions of the rows with readings that causes are screened by, and all of them.
+    pub fn profiles(&self) -> (Profiles, Profiles) {
+        let all = self.functions.in_rows(&rows_that_count(&self.problem.data));
+        (all.first(self.screened), all)
+    }
+
+    fn as_it_is(&self) -> About<'_> {
+        About { found: self.base, study: &self.problem.study, data: &self.problem.data, scales: self.predictor.scales }
+    }
+
+    /// What follows causes about a machine that was made linear.
+    fn follower<'b>(&'b self, about: &About<'b>) -> Option<Follower<'b>> {
+        let About { found, study, data, scales } = *about;
+        let (runs, user) = (self.predictor.runs, self.predictor.user);
+        Some(Follower { study, data, runs, scales, user, linear: found.found.linear.as_ref()? })
+    }
+
+    /// Errors about the machine as it is.
+    pub fn errors(&self) -> Errors {
+        self.errors_about(&self.as_it_is())
+    }
+
+    /// Whether the machine is followed to first order.
+    pub fn is_followed(&self) -> bool {
+        self.base.found.linear.is_some()
+    }
+
+    /// Slopes in every visible cause about the machine as it is, by the functions that causes are screened by, K per scale.
+    pub fn along(&self) -> Vec<Vec<Vec<f64>>> {
+        let own: Vec<Hypothesis> = self.visible.iter().map(|(h, _)| (*h).clone()).collect();
+        let units: Vec<f64> = self.sizes.iter().map(|size| size.slope(0.0)).collect();
+        let scaled = |((_, column), unit): (&(&Hypothesis, &Vec<f64>), &f64)| column.iter().map(|c| c * unit).collect::<Vec<f64>>();
+        let means: Vec<Vec<f64>> = self.visible.iter().zip(&units).map(scaled).collect();
+        self.slopes(&self.as_it_is(), (&own, &units), means, self.screened)
+    }
+
+    /// Slopes of the readings in causes by the first functions of the rows, K per scale, about a machine in which `means` are those in the mean.
+    /// `units` are the causes' own units per unit of the scale.
+    fn slopes(&self, about: &About<'_>, (own, units): (&[Hypothesis], &[f64]), means: Vec<Vec<f64>>, count: usize) -> Vec<Vec<Vec<f64>>> {
+        let courses: Vec<Vec<f64>> = (1..count).map(|f| self.functions.functions.column(f).iter().copied().collect()).collect();
+        let wanted: Vec<(usize, &[f64])> =
+            (0..own.len()).filter(|h| !own[*h].is_sensor()).flat_map(|h| courses.iter().map(move |c| (h, c.as_slice()))).collect();
+        let found = match self.follower(about) {
+            Some(follower) if !courses.is_empty() => follower.along(own, &wanted, self.stride).unwrap_or_else(|_| vec![None; wanted.len()]),
+            _ => vec![None; wanted.len()],
+        };
+        let places = whiten::places(about.data);
+        let mut all: Vec<Vec<Vec<f64>>> = means.into_iter().map(|mean| vec![mean]).collect();
+        for ((h, _), column) in wanted.iter().zip(found) {
+            let unit = units[*h];
+            all[*h].push(column.map_or_else(|| vec![0.0; places.len()], |column| column.iter().map(|c| c * unit).collect()));
+        }
+        // What acts on a reading acts at its own row.
+        for (_, columns) in all.iter_mut().enumerate().filter(|(h, _)| own[*h].is_sensor()) {
+            let at_rows = |course: &Vec<f64>| places.iter().zip(&columns[0]).map(|((row, _), x)| x * course[*row]).collect::<Vec<f64>>();
+            let further: Vec<Vec<f64>> = courses.iter().map(at_rows).collect();
+            columns.extend(further);
+        }
+        all
+    }
+
+    /// Errors about a machine: what is stated, starting temperatures, numbers, and the disturbance.
+    fn errors_about(&self, about: &About<'_>) -> Errors {
+        let (found, study, data) = (about.found, about.study, about.data);
+        let user = self.predictor.user;
+        let known: Vec<&str> = self.visible.iter().filter(|(h, _)| is_heat(h)).map(|(h, _)| h.place.as_str()).collect();
+        let heats: Vec<Hypothesis> =
+            hypotheses(study, data, user).into_iter().filter(|h| is_heat(h) && known.contains(&h.place.as_str())).collect();
+        let group = |h: &Hypothesis| if let Effect::Heat(Heat::Into(group)) = h.effect { Some(group) } else { None };
+        let groups: Vec<u32> = heats.iter().filter_map(group).collect();
+        let mut stated = found.errors.shared();
+        let scaled = |column: Vec<f64>, by: f64| column.iter().map(|c| c * by).collect::<Vec<f64>>();
+        let size = |h: &Hypothesis| if self.heat > 0.0 { self.heat } else { h.scale };
+        let heated = match self.follower(about) {
+            Some(follower) => {
+                if matches!(self.problem.start, Start::Readings | Start::Parts) {
+                    let deviations = self.starts(study, &groups);
+                    stated.extend(follower.starts(&groups, self.stride).into_iter().zip(deviations).map(|(c, by)| scaled(c, by)));
+                }
+                let courses: Vec<(usize, &[f64])> =
+                    (0..heats.len()).flat_map(|h| self.hats.iter().map(move |hat| (h, hat.as_slice()))).collect();
+                let columns = follower.along(&heats, &courses, self.stride).unwrap_or_default();
+                courses.iter().zip(columns).filter_map(|((h, _), c)| Some(scaled(c?, size(&heats[*h])))).collect()
+            }
+            None => {
+                let places = whiten::places(data);
+                let of = |(h, column): &(&Hypothesis, &Vec<f64>)| {
+                    let in_test = |hat: &Vec<f64>| places.iter().zip(*column).map(|((row, _), c)| c * hat[*row] * size(h)).collect();
+                    self.hats.iter().map(in_test).collect::<Vec<Vec<f64>>>()
+                };
+                self.visible.iter().filter(|(h, _)| is_heat(h)).flat_map(of).collect()
+            }
+        };
+        let most = self.settings.wandering_heats.iter().copied().fold(0.0, f64::max);
+        Errors {
+            row_of: self.stretches.clone(),
+            noise: found.errors.noise().to_vec(),
+            stated,
+            numbers: found.errors.numbers().to_vec(),
+            heats: heated,
+            log: Some(LogNoise { parts: found.errors.clone(), memory: self.settings.wandering_memory, most }),
+        }
+    }
+
+    /// Standard deviation of the temperature of each group at the start of each test, K: where a sensor is, what it may be off by and what the
+    /// start leaves out of its first reading; elsewhere how far the readings go in the course of the log.
+    fn starts(&self, study: &Study, groups: &[u32]) -> Vec<f64> {
+        let (data, uncertainty) = (&self.problem.data, &self.problem.uncertainty);
+        let network = &study.model.network;
+        let mut all = Vec::new();
+        for test in data.tests() {
+            let rows: Vec<_> = data.rows.iter().filter(|row| row.test == test).collect();
+            let Some(first) = rows.iter().find(|row| row.has_readings()) else { continue };
+            let begun: Vec<f64> = first.readings.iter().flatten().copied().collect();
+            let mean = begun.iter().sum::<f64>() / begun.len().max(1) as f64;
+            let moved = |row: &ReadingRow| {
+                let own = row.readings.iter().zip(&first.readings);
+                own.filter_map(|(now, then)| Some((now.as_ref()? - then.as_ref()?).powi(2))).collect::<Vec<f64>>()
+            };
+            let squares: Vec<f64> = rows.iter().flat_map(|row| moved(row)).collect();
+            let course = (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt();
+            let apart = begun.iter().map(|t| (t - mean).powi(2)).sum::<f64>() / begun.len().max(1) as f64;
+            for group in groups {
+                let is_in = |k: &usize| network.sensors[data.sensors[*k]].weights.iter().any(|(n, _)| network.group[*n as usize] == *group);
+                let own = (0..data.sensors.len()).find(|k| is_in(k) && first.readings[*k].is_some());
+                all.push(match own {
+                    Some(k) => {
+                        let left_out = if self.problem.start == Start::Parts { 0.0 } else { first.readings[k].map_or(0.0, |t| t - mean) };
+                        uncertainty.noise[k].hypot(uncertainty.bias[k]).hypot(left_out)
+                    }
+                    None => course.hypot(apart.sqrt()),
+                });
+            }
+        }
+        all
+    }
+
+    /// The machine with causes in force by coefficients in units of their scales, made linear; `None` where it cannot be.
+    pub fn about(&self, members: &[usize], amplitudes: &[Vec<f64>], with_all: bool) -> Option<(Reference, Errors)> {
+        self.base.found.linear.as_ref()?;
+        let user = self.predictor.user;
+        let own: Vec<&Hypothesis> = members.iter().map(|m| self.visible[*m].0).collect();
+        let InForce { problem, study, scales, laws } = self.in_force(members, amplitudes)?;
+        let (data, catalogue) = (&problem.data, self.catalogue);
+        let found = self.base.about(&problem, &study, catalogue, &scales).ok()?;
+        let about = About { found: &found, study: &study, data, scales: &scales };
+        let values = &found.found.prediction.values;
+        // The same causes in the machine that has them.
+        let there = hypotheses(&study, data, user);
+        let same = |h: &Hypothesis| {
+            let is = |other: &&Hypothesis| (other.kind(), &other.place, other.law) == (h.kind(), &h.place, h.law);
+            there.iter().find(is).unwrap_or(h).clone()
+        };
+        let asked: Vec<usize> = if with_all { (0..self.visible.len()).collect() } else { Vec::new() };
+        let all: Vec<usize> = members.iter().chain(&asked).copied().collect();
+        let there: Vec<Hypothesis> = all.iter().map(|m| same(self.visible[*m].0)).collect();
+        let units: Vec<f64> = all.iter().map(|m| self.sizes[*m].slope(0.0)).collect();
+        let ones = vec![1.0; data.rows.len()];
+        let wanted: Vec<(usize, &[f64])> = (0..all.len()).map(|h| (h, ones.as_slice())).collect();
+        let columns = self.follower(&about)?.along(&there, &wanted, self.stride).ok()?;
+        let shown = shown((&scales, data), values, &laws, None);
+        let mean = |(k, column): (usize, Option<Vec<f64>>)| match column {
+            _ if there[k].is_sensor() => {
+                let more = self::shown((&scales, data), values, &laws, Some((k, &there[k], STEP * units[k])));
+                more.iter().zip(&shown).map(|(a, b)| (a - b) / STEP).collect()
+            }
+            Some(column) => column.iter().map(|c| c * units[k]).collect(),
+            None => vec![0.0; values.len()],
+        };
+        let mut of_members: Vec<Vec<f64>> = columns.into_iter().enumerate().map(mean).collect();
+        let of_all = of_members.split_off(own.len());
+        let (here, others) = (0..own.len(), own.len()..all.len());
+        let mut slopes = self.slopes(&about, (&there[here.clone()], &units[here]), of_members, self.functions.of.len());
+        // A factor counts from the machine as it is, and its slope from the machine that has it.
+        for (k, columns) in slopes.iter_mut().enumerate() {
+            if let Some(share) = self.share(members, amplitudes, k, values, &columns[0]) {
+                columns.iter_mut().flatten().for_each(|c| *c *= share);
+            }
+        }
+        let change = shown.iter().zip(&self.base.found.prediction.values).map(|(a, b)| a - b).collect();
+        let others = self.slopes(&about, (&there[others.clone()], &units[others]), of_all, self.screened);
+        let of = |columns: Vec<Vec<Vec<f64>>>| columns.into_iter().map(Slope::OfFunctions).collect();
+        let reference = Reference { amplitudes: amplitudes.to_vec(), change, slopes: of(slopes), others: of(others) };
+        Some((reference, self.errors_about(&about)))
+    }
+
+    /// The course of an amplitude over all rows, in its unit.
+    fn course(&self, member: usize, coefficients: &[f64]) -> Vec<f64> {
+        let (h, size) = (self.visible[member].0, self.sizes[member]);
+        let (least, most) = h.range();
+        self.functions.course(coefficients).iter().map(|a| size.amplitude(*a).clamp(least, most)).collect()
+    }
+
+    /// How much a slope about the machine that has a cause falls short of the change with a little more of it; `None` where they are one.
+    fn share(&self, members: &[usize], amplitudes: &[Vec<f64>], k: usize, values: &[f64], slope: &[f64]) -> Option<f64> {
+        if self.visible[members[k]].0.is_sensor() || amplitudes[k].iter().all(|a| *a == 0.0) {
+            return None;
+        }
+        let mut more = amplitudes.to_vec();
+        more[k][0] += STEP;
+        let InForce { problem, study, .. } = self.in_force(members, &more)?;
+        let more = identify::values_within(&study, &problem.data, self.predictor.runs.start, self.predictor.runs.tolerance).ok()?;
+        let (mut both, mut square) = (0.0, 0.0);
+        for ((more, now), slope) in more.iter().zip(values).zip(slope) {
+            both += (more - now) / STEP * slope;
+            square += slope * slope;
+        }
+        (square > 0.0 && both > 0.0).then_some(both / square)
+    }
+
+    /// Whether the amplitude of a cause may run over the rows: whether the machine file, or what shows its readings, has words for that.
+    pub fn runs(&self, h: &Hypothesis) -> bool {
+        let law = h.by_course(Law::Of(0, LawForm::Course));
+        let (study, scales) = (self.predictor.study, self.predictor.scales);
+        let lines = |h: &Hypothesis| h.sets(study, scales, self.predictor.user, STEP * h.scale).ok().flatten();
+        h.reads_course() || lines(&law) != lines(h)
+    }
+
+    /// The machine and its data with causes in force by coefficients in units of their scales.
+    fn in_force(&self, members: &[usize], amplitudes: &[Vec<f64>]) -> Option<InForce> {
+        let courses: Vec<Vec<f64>> = members.iter().zip(amplitudes).map(|(m, a)| self.course(*m, a)).collect();
+        let given = &self.problem.study.model.machine.variables;
+        let added: Vec<Added> = courses
+            .iter()
+            .enumerate()
+            .map(|(k, values)| Added {
+                name: format!("{COURSE}{k}"),
+                declared: "{ unit = \"1\", default = \"0\" }",
+                values: values.clone(),
+            })
+            .collect();
+        let mut study = self.problem.study.edited(&Added::lines(&added, self.problem.study.document()).ok()?).ok()?;
+        let variables = study.model.machine.variables.clone();
+        let data = Added::fill(self.problem.data.clone(), given, &variables, &added);
+        let mut uncertainty = self.problem.uncertainty.clone();
+        let before = |name: &str| given.iter().position(|own| own.name == name);
+        let stated = |name: &str| before(name).and_then(|v| uncertainty.variables.get(v).copied()).unwrap_or_default();
+        uncertainty.variables = variables.iter().map(|v| stated(&v.name)).collect();
+        let scales = Scales::of(&data, &study.model.machine);
+        let mut laws = Vec::new();
+        for (k, h) in members.iter().map(|m| self.visible[*m].0).enumerate() {
+            let name = format!("{COURSE}{k}");
+            let at = variables.iter().position(|v| v.name == name)?;
+            let (law, amplitude) = if self.runs(h) { (h.by_course(Law::Of(at, LawForm::Course)), 1.0) } else { (h.clone(), courses[k][0]) };
+            let lines = law.sets(&study, &scales, self.predictor.user, amplitude).ok()??;
+            if !lines.is_empty() {
+                study = study.edited(&lines).ok()?;
+            }
+            laws.push((law, amplitude));
+        }
+        let problem = Problem { study: study.clone(), data, uncertainty, ..self.problem.clone() };
+        Some(InForce { problem, study, scales, laws })
+    }
+}
+
+/// What a machine's sensors show of predictions (K) with causes in force, and with a little more of one of them or of another.
+fn shown((scales, data): (&Scales, &Data), values: &[f64], laws: &[(Hypothesis, f64)], more: Option<(usize, &Hypothesis, f64)>) -> Vec<f64> {
+    let mut sensors: Vec<(&Hypothesis, f64)> = laws.iter().map(|(h, a)| (h, *a)).collect();
+    if let Some((k, h, step)) = more {
+        // A lag in force grows; it is not followed by another.
+        match sensors.get_mut(k).filter(|(own, _)| own.law == h.law) {
+            Some((_, amplitude)) => *amplitude += step,
+            None => sensors.push((h, step)),
+        }
+    }
+    sensors.retain(|(h, _)| h.is_sensor());
+    in_order(&sensors).fold(values.to_vec(), |values, (h, amplitude)| h.read(scales, data, &values, amplitude))
+}
+
+/// A machine beside its data.
+struct About<'a> {
+    found: &'a Comparison,
+    study: &'a Study,
+    data: &'a Data,
+    scales: &'a Scales,
+}
+
+/// A machine with causes in force.
+struct InForce {
+    problem: Problem,
+    study: Study,
+    scales: Scales,
+    /// Each cause under the law by which it is in force, with its amplitude.
+    laws: Vec<(Hypothesis, f64)>,
+}
+
+/// Rows that have readings.
+pub fn rows_that_count(data: &Data) -> Vec<usize> {
+    (0..data.rows.len()).filter(|row| data.rows[*row].has_readings()).collect()
+}
+
+fn is_heat(h: &Hypothesis) -> bool {
+    matches!(h.effect, Effect::Heat(Heat::Into(_))) && h.law == Law::Constant
+}
+
+/// Rows of each test, in the order of the tests.
+fn rows_of_tests(data: &Data) -> Vec<Vec<usize>> {
+    data.tests().iter().map(|test| (0..data.rows.len()).filter(|row| data.rows[*row].test == *test).collect()).collect()
+}
+
+/// Whether values change within a test: what only labels tests is no law.
+fn varies_within_tests(data: &Data, values: &[f64]) -> bool {
+    rows_of_tests(data).iter().any(|rows| {
+        let size = rows.iter().map(|row| values[*row].abs()).fold(0.0, f64::max);
+        rows.iter().any(|row| (values[*row] - values[rows[0]]).abs() > 1e-9 * size)
+    })
+}
+
+/// Time that has passed in every row, s: one test after another.
+fn elapsed(data: &Data) -> Vec<f64> {
+    let mut all = vec![0.0; data.rows.len()];
+    let mut before = 0.0;
+    for rows in rows_of_tests(data) {
+        let time = |row: usize| data.rows[row].time.unwrap_or(0.0);
+        let start = rows.first().map_or(0.0, |row| time(*row));
+        rows.iter().for_each(|row| all[*row] = before + time(*row) - start);
+        before = rows.last().map_or(before, |row| all[*row]);
+    }
+    all
+}
+
+/// Functions of all rows that are one at a knot of a test, and fall to nothing at the next ones; one knot is the whole test.
+fn hats(data: &Data, knots: usize) -> Vec<Vec<f64>> {
+    let mut all = Vec::new();
+    for rows in rows_of_tests(data) {
+        let time = |row: &usize| data.rows[*row].time.unwrap_or(0.0);
+        let (start, end) = (rows.first().map_or(0.0, time), rows.last().map_or(0.0, time));
+        for knot in 0..knots {
+            let mut hat = vec![0.0; data.rows.len()];
+            for row in &rows {
+                let place = (time(row) - start) / (end - start).max(f64::MIN_POSITIVE) * (knots.max(2) - 1) as f64;
+                hat[*row] = if knots == 1 { 1.0 } else { (1.0 - (place - knot as f64).abs()).max(0.0) };
+            }
+            all.push(hat);
+        }
+    }
+    all
+}
+
+/// Stretch that each reading is kept out with: its test, or a part of the time of it where tests are few.
+fn stretches(data: &Data) -> Vec<usize> {
+    let tests = rows_of_tests(data);
+    let parts = STRETCHES.div_ceil(tests.len().max(1)).max(1);
+    let mut of_row = BTreeMap::new();
+    for (t, rows) in tests.iter().enumerate() {
+        for (i, row) in rows.iter().enumerate() {
+            of_row.insert(*row, t * parts + i * parts / rows.len());
+        }
+    }
+    whiten::places(data).iter().map(|(row, _)| of_row[row]).collect()
+}
