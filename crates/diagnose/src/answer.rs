@@ -93,7 +93,7 @@ fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnosis> {
     let places = beside.places(&problem.settings, progress);
     let beside = beside.knowing(places.scales.clone());
     let weighed = Weighed::new(&beside, &places.sets);
-    let explanations = weighed.explanations();
+    let mut explanations = weighed.explanations();
     let best = explanations.first();
     progress.say("the machine with the best explanation in force");
     let in_force = match best {
@@ -105,7 +105,11 @@ fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnosis> {
     {
         return once(&problem.with_noise(share, progress), progress);
     }
+    let fitted = in_force.as_ref().map(|found| found.causes.clone());
     let rung = in_force.map(|found| weighed.rung(found)).transpose()?.flatten();
+    if let (Some(best), Some(fitted)) = (explanations.first_mut(), fitted) {
+        best.causes.iter_mut().zip(fitted).for_each(|(own, fitted)| *own = fitted);
+    }
     let mut answer = weighed.answer(&explanations, rung.as_ref());
     let is_log = problem.data.is_transient();
     let gain = |rung: &Option<Rung>| rung.as_ref().and_then(|rung| rung.gain.clone());

@@ -84,9 +84,8 @@ impl Folds {
     pub fn gain(&self, problem: &Problem, base: &Comparison, changes: &[Option<Vec<f64>>]) -> Gain {
         let residual = &base.found.residual;
         let change = |(i, row): (usize, &usize)| changes.get(row % self.count).and_then(Option::as_ref).map_or(0.0, |kelvin| kelvin[i]);
-        let readings: Vec<HeldOutReading> = (self.condition_of.iter().enumerate())
-            .map(|(i, row)| HeldOutReading { condition: *row, change: change((i, row)) })
-            .collect();
+        let readings: Vec<HeldOutReading> =
+            (self.condition_of.iter().enumerate()).map(|(i, row)| HeldOutReading { condition: *row, change: change((i, row)) }).collect();
         // Squares by condition: before, after, count.
         let mut sums = vec![(0.0, 0.0, 0.0); self.conditions.len()];
         for (reading, residual) in readings.iter().zip(residual) {

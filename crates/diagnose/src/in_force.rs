@@ -64,8 +64,7 @@ impl<'b> InForce<'b> {
         let deviations = rows.deviations(looseness);
         let numbers = open_numbers(beside, causes, (errors, &rows, &deviations));
         let causes = causes.to_vec();
-        let mut found =
-            Self { beside, rows, looseness, values: Vec::new(), slopes: Vec::new(), numbers, deviations, causes };
+        let mut found = Self { beside, rows, looseness, values: Vec::new(), slopes: Vec::new(), numbers, deviations, causes };
         found.linearise()?;
         for _ in 0..MOST_STEPS {
             let Some(said) = found.said(|_| true) else { return Ok(None) };
@@ -173,8 +172,7 @@ impl<'b> InForce<'b> {
         if numbers.is_empty() {
             return Ok(with_mesh(&self.values));
         }
-        let members: Vec<(&Hypothesis, f64)> =
-            numbers.iter().map(|c| (&c.hypothesis, c.amplitude)).chain(self.members()).collect();
+        let members: Vec<(&Hypothesis, f64)> = numbers.iter().map(|c| (&c.hypothesis, c.amplitude)).chain(self.members()).collect();
         Ok(with_mesh(&self.exchanged(self.beside.predictor().predict(&members)?)))
     }
 

@@ -45,14 +45,14 @@ use coldplate_explore::simulate::Start;
 use coldplate_solve::sensitivity::UncertainNumber;
 use coldplate_solve::study::{MachineParameter, Study};
 
-pub use amplitude::{AmplitudeSettings, PlaceAndKind, Looseness, PlaceSet, Places, Way, places};
+pub use amplitude::{AmplitudeSettings, Looseness, PlaceAndKind, PlaceSet, Places, Way, places};
 pub use answer::{Rung, WhereLeft, diagnose};
 pub use decide::{Certainty, Level, Verdict};
-pub use effects::{Common, Contact, Flow, Heat, Leak, Material, Radiation, Sensor, Storage, User};
 pub use effects::{
-    Axis, CommonFactor, Course, Effect, FoundLaw, Hypothesis, Law, LawForm, LawNumber, Scales, Sequence, Shown, UserKind, hypotheses, sentence,
-    under_rarer_laws,
+    Axis, CommonFactor, Course, Effect, FoundLaw, Hypothesis, Law, LawForm, LawNumber, Scales, Sequence, Shown, UserKind, hypotheses,
+    sentence, under_rarer_laws,
 };
+pub use effects::{Common, Contact, Flow, Heat, Leak, Material, Radiation, Sensor, Storage, User};
 pub use gain::{Gain, HeldOutReading};
 pub use missing::MissingHeat;
 pub use next::{Costs, Expected, ExtraSensor, Next, Trial, Worth};

@@ -202,9 +202,7 @@ pub(super) fn missing(found: &Findings<'_>) -> Option<IntervalFigure> {
         name: m.part.clone(),
         value: m.watts,
         ends: (m.watts - TWO_SIDED_90 * m.deviation, m.watts + TWO_SIDED_90 * m.deviation),
-        remark: {
-            format!("−{:.1} of {:.1}", m.explained, diagnosis.misfit.chi2)
-        },
+        remark: { format!("−{:.1} of {:.1}", m.explained, diagnosis.misfit.chi2) },
         is_strong: m.explained > NOT_BY_CHANCE,
     };
     let rows: Vec<PlaceInterval> = diagnosis.missing.iter().take(BARS).map(row).collect();
@@ -325,6 +323,8 @@ pub(super) fn gain(found: &Findings<'_>) -> Option<BeforeAfter> {
                 "with the causes as the other conditions have them".into()
             },
         ],
-        notes: vec!["Each condition is predicted by amplitudes that were fitted without it; the causes were chosen with all of them.".into()],
+        notes: vec![
+            "Each condition is predicted by amplitudes that were fitted without it; the causes were chosen with all of them.".into(),
+        ],
     })
 }

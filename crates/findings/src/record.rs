@@ -155,12 +155,14 @@ pub struct RungCauseRecord {
 
 /// What the model leaves open.
 #[derive(Debug, Clone, Serialize)]
-#[allow(missing_docs)]
+#[allow(missing_docs, non_snake_case)]
 pub struct DiscrepancyRecord {
     /// Spread of the numbers of the machine file, standard deviation of their logarithms.
     pub numbers: f64,
     /// Heat in every part, new in every row: standard deviation as a share of the machine's mean heat.
     pub disturbance: f64,
+    /// Error of each sensor of a log that wanders with the time: standard deviation, K.
+    pub wandering_K: f64,
 }
 
 /// Gain on conditions that the search did not see.
@@ -259,7 +261,12 @@ impl Findings<'_> {
             level: LevelRecord::of(&diagnosis.level),
             certainty: diagnosis.certainties.iter().map(LevelRecord::of).collect(),
             probabilities: OtherwiseRecord { nothing: diagnosis.others.nothing, something_else: diagnosis.others.something_else },
-            causes: diagnosis.explanations.first().filter(|_| diagnosis.verdict.names_causes()).map(|e| causes(self, e)).unwrap_or_default(),
+            causes: diagnosis
+                .explanations
+                .first()
+                .filter(|_| diagnosis.verdict.names_causes())
+                .map(|e| causes(self, e))
+                .unwrap_or_default(),
             rungs: diagnosis.rungs.iter().map(|rung| RungRecord::of(self, rung)).collect(),
             set: self.open().into_iter().map(|e| causes(self, e)).collect(),
             next_measurement: diagnosis.next.split_first().map(|(best, others)| NextRecord {
@@ -315,7 +322,7 @@ impl GainRecord {
 
 impl RungRecord {
     fn of(found: &Findings<'_>, rung: &Rung) -> Self {
-        let Looseness { spread, disturbance } = rung.left;
+        let Looseness { spread, disturbance, wandering } = rung.left;
         Self {
             causes: rung.causes.iter().map(RungCauseRecord::of).collect(),
             refitted: rung.refitted.iter().map(RungCauseRecord::of).collect(),
@@ -324,7 +331,7 @@ impl RungRecord {
             left_K: rung.rms,
             where_left: rung.where_left.as_ref().map(|left| left.sensor.clone()),
             where_left_share: rung.where_left.as_ref().map(|left| left.share),
-            discrepancy: DiscrepancyRecord { numbers: spread, disturbance },
+            discrepancy: DiscrepancyRecord { numbers: spread, disturbance, wandering_K: wandering },
             gain: rung.gain.as_ref().map(|gain| GainRecord::of(found, gain)),
             text: format!("{}; {}", ladder::words(rung), ladder::left(rung)),
         }

@@ -294,7 +294,9 @@ fn explanations(section: &mut ReportSection, found: &Findings<'_>) -> Result<()>
     section.heading("What it could be");
     match (diagnosis.verdict, open.as_slice()) {
         (_, []) => section.paragraph("No explanation is left."),
-        (Verdict::SomethingElse, _) => section.paragraph("Even the best of these leaves a misfit that noise does not give. They say where to look, not what it is:"),
+        (Verdict::SomethingElse, _) => {
+            section.paragraph("Even the best of these leaves a misfit that noise does not give. They say where to look, not what it is:")
+        }
         (_, [_]) => section.paragraph("One explanation alone:"),
         (_, many) => section.paragraph(format!(
             "{} explanations have {:.0} % of the probability together. With these data nobody can say which of them it is:",

@@ -5,14 +5,16 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::evidence::Explained;
+use super::force;
 use super::laws::{Laws, Rule};
 use super::logs::{Log, rows_that_count};
 use super::profiles::Profiles;
 use super::response::{Answer, Response};
 use super::rows::Errors;
-use super::search::{About, Candidate, Fit, Search, Solved};
+use super::search::{About, Candidate, Fit, Search};
 use super::settings::AmplitudeSettings;
 use super::sizing::Sizing;
+use super::steady::Table;
 use super::ways::{FoundWay, Ways};
 use super::{PlaceAndKind, PlaceSet, Places, Way};
 use crate::effects::{Axis, Effect, Heat, Hypothesis, Law, Scales, hypotheses};
@@ -98,14 +100,6 @@ impl<'p> Beside<'p> {
         let mut candidates: Vec<Candidate> =
             visible.par_iter().zip(&sizes).map(|(own, size)| candidate(&predictor, *own, *size, !is_costly)).collect();
         let log = is_log.then(|| Log::new(problem, &predictor, (base, &self.catalogue), (&visible, &sizes), settings));
-        let together = |members: &[(usize, f64)]| -> Option<Vec<f64>> {
-            let with: Vec<(&Hypothesis, f64)> = members.iter().map(|(m, a)| (visible[*m].0, sizes[*m].amplitude(*a))).collect();
-            Some(difference(&predictor.predict(&with).ok()?, predictor.predicted))
-        };
-        let numbers_with = |m: usize, a: f64| numbers_with(&predictor, base, visible[m].0, sizes[m].amplitude(a));
-        let in_force = |members: &[usize], amplitudes: &[Vec<f64>], with_all: bool| log.as_ref()?.about(members, amplitudes, with_all);
-        let about = log.as_ref().filter(|log| log.is_followed());
-        let solved = Solved { together: &together, numbers_with: &numbers_with, about: about.map(|_| &in_force as About<'_>) };
         let (errors, profiles, names) = match &log {
             None => {
                 let (names, variables) = variables(problem);
@@ -114,16 +108,23 @@ impl<'p> Beside<'p> {
             }
             Some(log) => (log.errors(), log.profiles(), log.names.clone()),
         };
+        let table = Table { problem, predictor: &predictor, base, errors: &errors, visible: &visible, sizes: &sizes };
+        let about = |members: &[usize], amplitudes: &[Vec<f64>], with_all: bool| match &log {
+            Some(log) => log.about(members, amplitudes, with_all),
+            None => table.about(members, amplitudes),
+        };
+        let is_followed = log.as_ref().is_none_or(Log::is_followed);
+        let about: Option<About<'_>> = if is_followed { Some(&about) } else { None };
         let along = log.as_ref().map(Log::along);
         let in_time = |m: usize, own: Candidate| match log.as_ref().zip(along.as_ref()) {
-            Some((log, along)) => own.in_time(along[m].clone(), log.runs(visible[m].0)),
+            Some((_, along)) => own.in_time(along[m].clone(), force::runs(&predictor, visible[m].0)),
             None => own,
         };
         candidates = candidates.into_iter().enumerate().map(|(m, own)| in_time(m, own)).collect();
         let (profiles, residual) = ((&profiles.0, &profiles.1), &base.found.residual);
         let by_slope = if is_costly {
             progress.say("places and kinds by their slopes");
-            let search = Search::new(&errors, residual, &candidates, settings, solved, profiles);
+            let search = Search::new(&errors, residual, &candidates, settings, about, profiles);
             let bent = |m: &usize| !is_straight(visible[*m].0);
             let best: Vec<usize> =
                 search.singles(&search.nothing()).iter().map(|fit| fit.members[0]).filter(bent).take(RUN_OF_CELLS).collect();
@@ -133,7 +134,7 @@ impl<'p> Beside<'p> {
         } else {
             0
         };
-        let search = Search::new(&errors, residual, &candidates, settings, solved, profiles);
+        let search = Search::new(&errors, residual, &candidates, settings, about, profiles);
         let nothing = search.nothing();
         let mut all = grown(&search, &nothing, if is_costly { REFINED_OF_CELLS } else { REFINED }, progress);
         all.push(nothing.clone());
@@ -331,25 +332,6 @@ fn refined(search: &Search<'_>, mut fits: Vec<Fit>, most: usize) -> Vec<Fit> {
     all.retain(|fit| fit.log_evidence.is_finite());
     all.sort_by(|a, b| b.log_posterior().total_cmp(&a.log_posterior()));
     all
-}
-
-/// Change of the readings with the logarithm of each number of the machine (K) with a cause in force at an amplitude.
-fn numbers_with(predictor: &Predictor<'_>, base: &Comparison, h: &Hypothesis, amplitude: f64) -> Option<Vec<Vec<f64>>> {
-    if h.is_sensor() {
-        return None;
-    }
-    let study = predictor.extended(&[(h, amplitude)]).ok()??.study;
-    // An effect is numbered anew in another file.
-    let own = hypotheses(&study, predictor.data, predictor.user);
-    let same = |(number, _): &(Hypothesis, f64)| {
-        let is = |other: &&Hypothesis| (other.kind(), &other.place, other.law) == (number.kind(), &number.place, number.law);
-        own.iter().find(is).cloned()
-    };
-    let numbers = base.numbers.iter().map(same).collect::<Option<Vec<Hypothesis>>>()?;
-    let about = (predictor.scales, predictor.user);
-    let found = signature::steady(&study, predictor.data, &[], &numbers, about, Some(predictor.fields)).ok()?;
-    let scaled = |(column, (_, unit)): (&Vec<f64>, &(Hypothesis, f64))| column.iter().map(|c| unit * c).collect();
-    Some(found.columns.iter().zip(&base.numbers).map(scaled).collect())
 }
 
 /// Deviations of the amplitudes of each member, and the density of each row given all others.

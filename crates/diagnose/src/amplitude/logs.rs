@@ -8,6 +8,7 @@
 
 use std::collections::BTreeMap;
 
+use super::force::{self, Forced, STEP};
 use super::profiles::Profiles;
 use super::response::Slope;
 use super::rows::{Errors, LogNoise};
@@ -15,11 +16,10 @@ use super::search::Reference;
 use super::settings::AmplitudeSettings;
 use super::sizing::Sizing;
 use crate::Problem;
-use crate::effects::{Effect, Heat, Hypothesis, Law, LawForm, Scales, hypotheses};
+use crate::effects::{Effect, Heat, Hypothesis, Law, Scales, hypotheses};
 use crate::follow::Follower;
-use crate::predictor::{Predictor, in_order};
+use crate::predictor::Predictor;
 use crate::view::Comparison;
-use crate::when::Added;
 use coldplate_evidence::identify;
 use coldplate_evidence::measurement::{Data, ReadingRow, TIME, whiten};
 use coldplate_explore::simulate::Start;
@@ -34,10 +34,6 @@ const KNOTS: (usize, usize) = (6, 24);
 const STRETCHES: usize = 6;
 /// Instants in each test at which courses turn in a machine of cells. Chosen: time steps against what is between them.
 const INSTANTS_OF_CELLS: usize = 48;
-/// Step of the mean amplitude by which slopes along a course are scaled, as a share of the kind's scale.
-const STEP: f64 = 0.1;
-/// Name of the variable that is the course of a member.
-const COURSE: &str = "diagnosed_course_";
 
 /// A log with what its search needs.
 pub struct Log<'a> {
@@ -244,13 +240,14 @@ impl<'a> Log<'a> {
         self.base.found.linear.as_ref()?;
         let user = self.predictor.user;
         let own: Vec<&Hypothesis> = members.iter().map(|m| self.visible[*m].0).collect();
-        let InForce { problem, study, scales, laws } = self.in_force(members, amplitudes)?;
+        let Forced { problem, scales, laws } = self.forced(members, amplitudes)?;
+        let study = &problem.study;
         let (data, catalogue) = (&problem.data, self.catalogue);
-        let found = self.base.about(&problem, &study, catalogue, &scales).ok()?;
-        let about = About { found: &found, study: &study, data, scales: &scales };
+        let found = self.base.about(&problem, study, catalogue, &scales).ok()?;
+        let about = About { found: &found, study, data, scales: &scales };
         let values = &found.found.prediction.values;
         // The same causes in the machine that has them.
-        let there = hypotheses(&study, data, user);
+        let there = hypotheses(study, data, user);
         let same = |h: &Hypothesis| {
             let is = |other: &&Hypothesis| (other.kind(), &other.place, other.law) == (h.kind(), &h.place, h.law);
             there.iter().find(is).unwrap_or(h).clone()
@@ -262,10 +259,10 @@ impl<'a> Log<'a> {
         let ones = vec![1.0; data.rows.len()];
         let wanted: Vec<(usize, &[f64])> = (0..all.len()).map(|h| (h, ones.as_slice())).collect();
         let columns = self.follower(&about)?.along(&there, &wanted, self.stride).ok()?;
-        let shown = shown((&scales, data), values, &laws, None);
+        let shown = force::shown((&scales, data), values, &laws, None);
         let mean = |(k, column): (usize, Option<Vec<f64>>)| match column {
             _ if there[k].is_sensor() => {
-                let more = self::shown((&scales, data), values, &laws, Some((k, &there[k], STEP * units[k])));
+                let more = force::shown((&scales, data), values, &laws, Some((k, &there[k], STEP * units[k])));
                 more.iter().zip(&shown).map(|(a, b)| (a - b) / STEP).collect()
             }
             Some(column) => column.iter().map(|c| c * units[k]).collect(),
@@ -288,6 +285,11 @@ impl<'a> Log<'a> {
         Some((reference, self.errors_about(&about)))
     }
 
+    fn forced(&self, members: &[usize], amplitudes: &[Vec<f64>]) -> Option<Forced> {
+        let own = members.iter().map(|m| self.visible[*m].0).zip(members.iter().zip(amplitudes).map(|(m, a)| self.course(*m, a)));
+        Forced::new(self.problem, self.predictor, &own.collect::<Vec<_>>())
+    }
+
     /// The course of an amplitude over all rows, in its unit.
     fn course(&self, member: usize, coefficients: &[f64]) -> Vec<f64> {
         let (h, size) = (self.visible[member].0, self.sizes[member]);
@@ -302,8 +304,8 @@ impl<'a> Log<'a> {
         }
         let mut more = amplitudes.to_vec();
         more[k][0] += STEP;
-        let InForce { problem, study, .. } = self.in_force(members, &more)?;
-        let more = identify::values_within(&study, &problem.data, self.predictor.runs.start, self.predictor.runs.tolerance).ok()?;
+        let Forced { problem, .. } = self.forced(members, &more)?;
+        let more = identify::values_within(&problem.study, &problem.data, self.predictor.runs.start, self.predictor.runs.tolerance).ok()?;
         let (mut both, mut square) = (0.0, 0.0);
         for ((more, now), slope) in more.iter().zip(values).zip(slope) {
             both += (more - now) / STEP * slope;
@@ -311,64 +313,6 @@ impl<'a> Log<'a> {
         }
         (square > 0.0 && both > 0.0).then_some(both / square)
     }
-
-    /// Whether the amplitude of a cause may run over the rows: whether the machine file, or what shows its readings, has words for that.
-    pub fn runs(&self, h: &Hypothesis) -> bool {
-        let law = h.by_course(Law::Of(0, LawForm::Course));
-        let (study, scales) = (self.predictor.study, self.predictor.scales);
-        let lines = |h: &Hypothesis| h.sets(study, scales, self.predictor.user, STEP * h.scale).ok().flatten();
-        h.reads_course() || lines(&law) != lines(h)
-    }
-
-    /// The machine and its data with causes in force by coefficients in units of their scales.
-    fn in_force(&self, members: &[usize], amplitudes: &[Vec<f64>]) -> Option<InForce> {
-        let courses: Vec<Vec<f64>> = members.iter().zip(amplitudes).map(|(m, a)| self.course(*m, a)).collect();
-        let given = &self.problem.study.model.machine.variables;
-        let added: Vec<Added> = courses
-            .iter()
-            .enumerate()
-            .map(|(k, values)| Added {
-                name: format!("{COURSE}{k}"),
-                declared: "{ unit = \"1\", default = \"0\" }",
-                values: values.clone(),
-            })
-            .collect();
-        let mut study = self.problem.study.edited(&Added::lines(&added, self.problem.study.document()).ok()?).ok()?;
-        let variables = study.model.machine.variables.clone();
-        let data = Added::fill(self.problem.data.clone(), given, &variables, &added);
-        let mut uncertainty = self.problem.uncertainty.clone();
-        let before = |name: &str| given.iter().position(|own| own.name == name);
-        let stated = |name: &str| before(name).and_then(|v| uncertainty.variables.get(v).copied()).unwrap_or_default();
-        uncertainty.variables = variables.iter().map(|v| stated(&v.name)).collect();
-        let scales = Scales::of(&data, &study.model.machine);
-        let mut laws = Vec::new();
-        for (k, h) in members.iter().map(|m| self.visible[*m].0).enumerate() {
-            let name = format!("{COURSE}{k}");
-            let at = variables.iter().position(|v| v.name == name)?;
-            let (law, amplitude) = if self.runs(h) { (h.by_course(Law::Of(at, LawForm::Course)), 1.0) } else { (h.clone(), courses[k][0]) };
-            let lines = law.sets(&study, &scales, self.predictor.user, amplitude).ok()??;
-            if !lines.is_empty() {
-                study = study.edited(&lines).ok()?;
-            }
-            laws.push((law, amplitude));
-        }
-        let problem = Problem { study: study.clone(), data, uncertainty, ..self.problem.clone() };
-        Some(InForce { problem, study, scales, laws })
-    }
-}
-
-/// What a machine's sensors show of predictions (K) with causes in force, and with a little more of one of them or of another.
-fn shown((scales, data): (&Scales, &Data), values: &[f64], laws: &[(Hypothesis, f64)], more: Option<(usize, &Hypothesis, f64)>) -> Vec<f64> {
-    let mut sensors: Vec<(&Hypothesis, f64)> = laws.iter().map(|(h, a)| (h, *a)).collect();
-    if let Some((k, h, step)) = more {
-        // A lag in force grows; it is not followed by another.
-        match sensors.get_mut(k).filter(|(own, _)| own.law == h.law) {
-            Some((_, amplitude)) => *amplitude += step,
-            None => sensors.push((h, step)),
-        }
-    }
-    sensors.retain(|(h, _)| h.is_sensor());
-    in_order(&sensors).fold(values.to_vec(), |values, (h, amplitude)| h.read(scales, data, &values, amplitude))
 }
 
 /// A machine beside its data.
@@ -377,15 +321,6 @@ struct About<'a> {
     study: &'a Study,
     data: &'a Data,
     scales: &'a Scales,
-}
-
-/// A machine with causes in force.
-struct InForce {
-    problem: Problem,
-    study: Study,
-    scales: Scales,
-    /// Each cause under the law by which it is in force, with its amplitude.
-    laws: Vec<(Hypothesis, f64)>,
 }
 
 /// Rows that have readings.

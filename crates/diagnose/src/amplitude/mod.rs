@@ -7,6 +7,7 @@
 mod beside;
 mod choices;
 mod evidence;
+mod force;
 mod laws;
 mod logs;
 mod low_rank;
@@ -16,6 +17,7 @@ mod rows;
 mod search;
 mod settings;
 mod sizing;
+mod steady;
 mod ways;
 
 use std::sync::Arc;

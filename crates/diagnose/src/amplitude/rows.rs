@@ -7,8 +7,8 @@
 //! In logs a "row" is what is kept out as a whole: a test, or a stretch of time. D is that of the noise and of an error of each sensor that
 //! wanders with the time, which a filter whitens reading by reading; the disturbance wanders with the time too, and joins the columns U.
 
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SymmetricEigen};
 use coldplate_base::numbers::significant;
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SymmetricEigen};
 use serde::Serialize;
 use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};

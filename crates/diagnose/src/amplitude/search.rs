@@ -20,7 +20,7 @@ const LONGEST_STEP: f64 = 1.5;
 const GROWING: usize = 6;
 /// Further places of each of them that are fitted to the end.
 const FITTED: usize = 6;
-/// Machines with a set in force about which a log is made linear at most.
+/// Machines with a set in force that are made linear at most.
 const MOST_REFERENCES: usize = 10;
 /// The first of them about which choices are made anew: beside a cause that bends two of them may change places for ever.
 const CHOOSING_REFERENCES: usize = 3;
@@ -68,14 +68,14 @@ pub struct Fit {
     pub stands: bool,
     /// Errors about the machine with the set in force, where they were found.
     pub errors: Option<Arc<Errors>>,
-    /// In logs, the machine with the set in force that it is linear about.
+    /// The machine with the set in force that it is linear about.
     pub reference: Option<Arc<Reference>>,
 }
 
-/// A log's machine with causes in force, made linear.
+/// The machine with causes in force, made linear.
 #[derive(Debug)]
 pub struct Reference {
-    /// Coefficients of each member in force, in units of its scale.
+    /// Amplitudes of each member in force, as in [`Fit::amplitudes`].
     pub amplitudes: Vec<Vec<f64>>,
     /// Change of the readings with all of them in force, K.
     pub change: Vec<f64>,
@@ -92,24 +92,8 @@ impl Fit {
     }
 }
 
-/// Change of the readings with several causes in force at once, K, at amplitudes in units of their scales; `None` where it is the sum of the
-/// changes of each.
-pub type Together<'a> = &'a (dyn Fn(&[(usize, f64)]) -> Option<Vec<f64>> + Sync);
-/// Change of the readings with the logarithm of each number of the machine (K) with one cause in force; `None` of what acts on readings.
-pub type NumbersWith<'a> = &'a (dyn Fn(usize, f64) -> Option<Vec<Vec<f64>>> + Sync);
-/// The machine of a log with members in force at some coefficients, and its errors; with the slopes in every candidate if asked for.
+/// The machine with members in force, and its errors; with the slopes in every candidate of a log if asked for.
 pub type About<'a> = &'a (dyn Fn(&[usize], &[Vec<f64>], bool) -> Option<(Reference, Errors)> + Sync);
-
-/// What is found by solving the machine again.
-#[derive(Clone, Copy)]
-pub struct Solved<'a> {
-    /// Change of the readings with several causes at once.
-    pub together: Together<'a>,
-    /// Columns of the machine's numbers beside one cause.
-    pub numbers_with: NumbersWith<'a>,
-    /// In logs of a machine that is followed to first order: the machine with a set in force.
-    pub about: Option<About<'a>>,
-}
 
 /// A table with its candidates and the choices that are searched.
 pub struct Search<'a> {
@@ -118,8 +102,8 @@ pub struct Search<'a> {
     pub residual: &'a [f64],
     pub candidates: &'a [Candidate],
     pub settings: &'a AmplitudeSettings,
-    /// What is found by solving again.
-    pub solved: Solved<'a>,
+    /// The machine with a set in force, where it can be had.
+    pub about: Option<About<'a>>,
     /// Functions of the rows that an amplitude may follow.
     pub profiles: &'a Profiles,
     /// The same of fits about the machine with the set in force.
@@ -135,21 +119,21 @@ impl<'a> Search<'a> {
         residual: &'a [f64],
         candidates: &'a [Candidate],
         settings: &'a AmplitudeSettings,
-        solved: Solved<'a>,
+        about: Option<About<'a>>,
         (profiles, all_profiles): (&'a Profiles, &'a Profiles),
     ) -> Self {
         let rows: Vec<Rows> = match &errors.log {
             None => settings.disturbances.par_iter().filter_map(|size| Rows::new(errors, *size)).collect(),
             Some(log) => settings.wanderings.par_iter().map(|size| Rows::of_logs(errors, log, *size)).collect(),
         };
-        Self { errors, residual, candidates, settings, solved, profiles, all_profiles, rows }
+        Self { errors, residual, candidates, settings, about, profiles, all_profiles, rows }
     }
 
     /// This search with the errors of a fit, in which amplitudes may follow curves.
     pub fn with_errors_of<'b>(&'b self, fit: &'b Fit) -> Search<'b> {
         let errors = fit.errors.as_deref().unwrap_or(self.errors);
         let profiles = (self.all_profiles, self.all_profiles);
-        Search::new(errors, self.residual, self.candidates, self.settings, self.solved, profiles)
+        Search::new(errors, self.residual, self.candidates, self.settings, self.about, profiles)
     }
 
     /// Whether amplitudes are given by coefficients: in logs.
@@ -172,36 +156,11 @@ impl<'a> Search<'a> {
         if self.is_log() { own[0] } else { own.iter().sum::<f64>() / own.len().max(1) as f64 }
     }
 
-    /// A fit about the machine with its set in force: with a heat that the model lacks, one per cent of a conductance is more kelvin than
-    /// without. To first order each number's column grows in every row with the amplitude there.
+    /// A fit about the machine with its set in force, again and again until the set stands where it is in force; it has no evidence where it
+    /// does not come to rest. There causes act together, and with a heat that the model lacks one per cent of a conductance is more kelvin than
+    /// without. A log that cannot be made linear keeps the fit.
     pub fn refined(&self, fit: Fit) -> Fit {
-        if self.is_log() {
-            return self.brought_to_rest(fit);
-        }
-        let mut errors = self.errors.clone();
-        for (m, own) in fit.members.iter().zip(&fit.amplitudes) {
-            let mean = own.iter().sum::<f64>() / own.len().max(1) as f64;
-            let size = (own.iter().map(|a| a * a).sum::<f64>() / own.len().max(1) as f64).sqrt().copysign(mean);
-            if size.abs() < STANDS {
-                continue;
-            }
-            let Some(columns) = (self.solved.numbers_with)(*m, size) else { continue };
-            for ((column, with), before) in errors.numbers.iter_mut().zip(&columns).zip(&self.errors.numbers) {
-                for (i, entry) in column.iter_mut().enumerate() {
-                    *entry += own[self.errors.row_of[i]] / size * (with[i] - before[i]);
-                }
-            }
-        }
-        let before = fit.clone();
-        let begun = Fit { errors: Some(Arc::new(errors)), ..fit };
-        let found = self.with_errors_of(&begun).fit(begun.clone());
-        if found.log_evidence.is_finite() { found } else { before }
-    }
-
-    /// A fit to a log about the machine with its set in force, again and again until the set stands where it is in force; it has no evidence
-    /// where it does not come to rest. A log that cannot be made linear keeps the fit.
-    fn brought_to_rest(&self, fit: Fit) -> Fit {
-        let Some(about) = self.solved.about else { return fit };
+        let Some(about) = self.about else { return fit };
         let mut fit = fit;
         for place in 0..MOST_REFERENCES {
             let Some((reference, errors)) = about(&fit.members, &fit.amplitudes, false) else { break };
@@ -218,7 +177,7 @@ impl<'a> Search<'a> {
 
     /// The machine as it is.
     pub fn nothing(&self) -> Fit {
-        let (looseness, log_evidence) = self.loosest(&self.linear(&[], &[], None, None), &[], None);
+        let (looseness, log_evidence) = self.loosest(&self.linear(&[], &[], None), &[], None);
         Fit {
             members: Vec::new(),
             freedoms: Vec::new(),
@@ -234,10 +193,10 @@ impl<'a> Search<'a> {
 
     /// The linear model about amplitudes: the residual without the members (K), and the slopes in each. Members that are in force in a
     /// reference have theirs about it.
-    pub fn linear(&self, members: &[usize], amplitudes: &[Vec<f64>], excess: Option<&[f64]>, reference: Option<&Reference>) -> Linear {
+    pub fn linear(&self, members: &[usize], amplitudes: &[Vec<f64>], reference: Option<&Reference>) -> Linear {
         let mut residual = self.residual.to_vec();
-        for less in excess.into_iter().chain(reference.map(|own| own.change.as_slice())) {
-            residual.iter_mut().zip(less).for_each(|(r, e)| *r -= e);
+        if let Some(own) = reference {
+            residual.iter_mut().zip(&own.change).for_each(|(r, c)| *r -= c);
         }
         let mut slopes = Vec::with_capacity(members.len());
         for (k, (m, own)) in members.iter().zip(amplitudes).enumerate() {
@@ -263,8 +222,7 @@ impl<'a> Search<'a> {
 
     /// The linear model about a fit, with the rows that it is whitened by.
     pub fn about(&self, fit: &Fit) -> (&Rows, Linear) {
-        let excess = self.excess(fit);
-        let linear = self.linear(&fit.members, &fit.amplitudes, excess.as_deref(), fit.reference.as_deref());
+        let linear = self.linear(&fit.members, &fit.amplitudes, fit.reference.as_deref());
         (self.rows_at(fit.looseness), linear)
     }
 
@@ -314,8 +272,10 @@ impl<'a> Search<'a> {
             let is_straight = candidate.answer.is_straight();
             let is_negative = self.mean(&found) < 0.0;
             found.resize(own.len(), 0.0);
-            // A log is linear about the machine with the set in force, however the choices beside it change.
-            let from = fit.reference.as_deref().map(|all| all.amplitudes.get(k).cloned().unwrap_or_else(|| vec![0.0; own.len()]));
+            // What is in force is linear about the machine that has it, however the choices beside it change.
+            let in_force = fit.reference.as_deref().and_then(|all| all.amplitudes.get(k).cloned());
+            let is_followed = fit.reference.as_deref().is_some_and(|all| !all.others.is_empty());
+            let from = in_force.or_else(|| is_followed.then(|| vec![0.0; own.len()]));
             for (i, (a, to)) in own.iter_mut().zip(found).enumerate() {
                 let is_bounded = !self.is_log() || i == 0;
                 let to = if is_bounded { to.clamp(candidate.range.0, candidate.range.1) } else { to };
@@ -335,24 +295,8 @@ impl<'a> Search<'a> {
         Some(most)
     }
 
-    /// What several causes change together beyond the sum of their own changes, K, at their mean amplitudes; `None` where there is nothing, or
-    /// the machine with them in force is known.
-    pub fn excess(&self, fit: &Fit) -> Option<Vec<f64>> {
-        let bent = fit.members.iter().filter(|m| !self.candidates[**m].answer.is_straight()).count();
-        if bent < 2 || fit.reference.is_some() {
-            return None;
-        }
-        let at: Vec<(usize, f64)> = fit.members.iter().zip(&fit.amplitudes).map(|(m, own)| (*m, self.mean(own))).collect();
-        let mut excess = (self.solved.together)(&at)?;
-        for (m, amplitude) in at {
-            let (change, _) = self.candidates[m].answer.at(&self.alike(amplitude), &self.errors.row_of);
-            excess.iter_mut().zip(change).for_each(|(e, c)| *e -= c);
-        }
-        Some(excess)
-    }
-
     /// A set with one further place, where its linear model has the largest evidence.
-    fn begun(&self, fit: &Fit, further: usize, excess: Option<&[f64]>) -> Option<Fit> {
+    fn begun(&self, fit: &Fit, further: usize) -> Option<Fit> {
         let candidate = &self.candidates[further];
         let mut members = fit.members.clone();
         members.push(further);
@@ -372,7 +316,7 @@ impl<'a> Search<'a> {
         for (knot, looseness) in begins {
             let mut amplitudes = fit.amplitudes.clone();
             amplitudes.push(self.alike(knot));
-            let linear = self.linear(&members, &amplitudes, excess, fit.reference.as_deref());
+            let linear = self.linear(&members, &amplitudes, fit.reference.as_deref());
             // In logs a cause may act by its law alone.
             let (found, log_evidence) = self.freest(&linear, &freedoms, (&[(own, further)], self.is_log()), looseness);
             if best.as_ref().is_none_or(|best| log_evidence > best.log_evidence) {
@@ -397,7 +341,7 @@ impl<'a> Search<'a> {
 
     /// Every place and kind alone, fitted, most probable first.
     pub fn singles(&self, nothing: &Fit) -> Vec<Fit> {
-        let one = |c: usize| Some(self.fit(self.begun(nothing, c, None)?));
+        let one = |c: usize| Some(self.fit(self.begun(nothing, c)?));
         sorted((0..self.candidates.len()).into_par_iter().filter_map(one).collect())
     }
 
@@ -407,10 +351,8 @@ impl<'a> Search<'a> {
         for fit in from.iter().take(GROWING) {
             let fit = &self.with_others(fit);
             let about = self.with_errors_of(fit);
-            let excess = self.excess(fit);
-            let excess = excess.as_deref();
             let further: Vec<usize> = (0..self.candidates.len()).filter(|c| !fit.members.contains(c)).collect();
-            let mut begun = sorted(further.par_iter().filter_map(|c| about.begun(fit, *c, excess)).collect());
+            let mut begun = sorted(further.par_iter().filter_map(|c| about.begun(fit, *c)).collect());
             begun.truncate(FITTED);
             let is_new = |one: &Fit, found: &[Fit]| {
                 let own = ordered(&one.members);
@@ -424,7 +366,7 @@ impl<'a> Search<'a> {
 
     /// A fit to a log with the slopes in every candidate about the machine with its set in force.
     fn with_others(&self, fit: &Fit) -> Fit {
-        let all = self.solved.about.filter(|_| self.is_log()).and_then(|about| about(&fit.members, &fit.amplitudes, true));
+        let all = self.about.filter(|_| self.is_log()).and_then(|about| about(&fit.members, &fit.amplitudes, true));
         match all {
             Some((reference, errors)) => Fit { reference: Some(Arc::new(reference)), errors: Some(Arc::new(errors)), ..fit.clone() },
             None => fit.clone(),

@@ -10,7 +10,7 @@ use super::evidence::{Explained, Freedom, Functions};
 use super::laws::{EXPONENT_COUNT, Family, Laws, Rule, Single};
 use super::profiles::{Curve, Function};
 use super::rows::Looseness;
-use super::search::{Candidate, Fit, Search, Solved};
+use super::search::{Candidate, Fit, Search};
 use crate::effects::{Axis, Course, FoundLaw, LawNumber, Sequence};
 use coldplate_base::numbers::TWO_SIDED_90;
 
@@ -93,24 +93,12 @@ impl Ways<'_> {
         if self.fit.members.is_empty() {
             return (self.fit.log_evidence, vec![FoundWay { causes: Vec::new(), probability: 1.0 }]);
         }
-        // What the members do together beyond the sum of their own effects stays as it was found.
-        let excess = self.search.excess(self.fit);
         let mut candidates: Vec<Candidate> = self.fit.members.iter().map(|m| self.search.candidates[*m].clone()).collect();
         let count = candidates.len();
         candidates.extend(self.drifts.iter().flatten().cloned());
-        let (rows, row_of) = (self.row_count(), &self.search.errors.row_of);
-        let together = |at: &[(usize, f64)]| {
-            let mut all = excess.clone()?;
-            for (m, amplitude) in at {
-                let (change, _) = candidates[*m].answer.at(&vec![*amplitude; rows], row_of);
-                all.iter_mut().zip(change).for_each(|(sum, own)| *sum += own);
-            }
-            Some(all)
-        };
-        let solved = Solved { together: &together, ..self.search.solved };
-        let about = Search { candidates: &candidates, solved, ..self.search.with_errors_of(self.fit) };
+        let about = Search { candidates: &candidates, ..self.search.with_errors_of(self.fit) };
         let fit = Fit { members: (0..count).collect(), ..self.fit.clone() };
-        let choices: Vec<Vec<Choice>> = (0..count).map(|m| self.choices(&about, &fit, m, excess.as_deref())).collect();
+        let choices: Vec<Vec<Choice>> = (0..count).map(|m| self.choices(&about, &fit, m)).collect();
         let combined = combined(&choices);
         let laws = combined.iter().enumerate().flat_map(|(way, of)| of.iter().enumerate().map(move |(m, choice)| (way, m, *choice)));
         let named = laws.flat_map(|(way, m, choice)| {
@@ -141,8 +129,8 @@ impl Ways<'_> {
     }
 
     /// Laws of a member, and no known law, best first.
-    fn choices(&self, search: &Search<'_>, fit: &Fit, m: usize, excess: Option<&[f64]>) -> Vec<Choice> {
-        let linear = search.linear(&fit.members, &fit.amplitudes, excess, None);
+    fn choices(&self, search: &Search<'_>, fit: &Fit, m: usize) -> Vec<Choice> {
+        let linear = search.linear(&fit.members, &fit.amplitudes, fit.reference.as_deref());
         let rows = search.rows_at(fit.looseness);
         let explained = Explained::new(rows, search.profiles, &linear.residual, &linear.slopes, &search.followed(&fit.freedoms));
         let mut without = fit.freedoms.clone();
@@ -181,7 +169,10 @@ impl Ways<'_> {
                 let in_rows = Freedom { freedom: *deviation, ..Freedom::constant(*size) };
                 free(in_rows, evidence(in_rows).map(|log| log - ground));
                 for curve in smooth.curves() {
-                    let along = smooth.with(Some(curve)).into_iter().map(|f| (f, if smooth.of[f] == Function::Constant { *size } else { *deviation }));
+                    let along = smooth
+                        .with(Some(curve))
+                        .into_iter()
+                        .map(|f| (f, if smooth.of[f] == Function::Constant { *size } else { *deviation }));
                     let freedom = Freedom { curve: Some((curve, *deviation)), ..Freedom::constant(*size) };
                     free(freedom, screen.functions.gain(&along.collect::<Vec<_>>()));
                 }
@@ -251,6 +242,8 @@ impl Ways<'_> {
                 Means::Drift { candidate, .. } => {
                     begun.members[m] = *candidate;
                     begun.amplitudes[m].fill(0.0);
+                    // The machine in force has it under another law.
+                    begun.reference = None;
                 }
                 Means::Constant | Means::Unknown => {}
             }
@@ -274,9 +267,7 @@ impl Ways<'_> {
         let found = |rule, amplitude| FoundCause { rule, number: choice.number.clone(), drift: None, amplitude };
         match &choice.means {
             Means::Constant => found(None, (amplitudes[most], deviations[most])),
-            Means::Drift { own, .. } => {
-                FoundCause { drift: Some(*own), ..found(None, (amplitudes[most], deviations[most])) }
-            }
+            Means::Drift { own, .. } => FoundCause { drift: Some(*own), ..found(None, (amplitudes[most], deviations[most])) },
             Means::Law { singles, with_constant: false, .. } if singles.len() == 1 => {
                 let own = &singles[0];
                 let at = largest(&own.factors);
@@ -409,7 +400,15 @@ fn exponent(single: &Single) -> f64 {
 /// The number of a power.
 fn number(value: f64, spread: f64, share: f64) -> LawNumber {
     let half = TWO_SIDED_90 * spread.max(0.005);
-    LawNumber { name: "exponent", value, low: value - half, high: value + half, unit: "1", share: share.min(1.0), deviation: 100.0 * spread }
+    LawNumber {
+        name: "exponent",
+        value,
+        low: value - half,
+        high: value + half,
+        unit: "1",
+        share: share.min(1.0),
+        deviation: 100.0 * spread,
+    }
 }
 
 /// Standard deviation of numbers whose log evidence is given.

@@ -14,6 +14,12 @@ use coldplate_solve::sensitivity::Disturbance;
 use coldplate_solve::study::Study;
 use coldplate_base::units::Measurand;
 
+/// Standard deviation of an offset that a sensor may have unnoticed, K: a resistance thermometer of class B is within 0.3 K at room temperature
+/// (IEC 60751), a thermocouple and its cold end within half a kelvin.
+const OFFSET: f64 = 0.3;
+/// The same of its gain: a reading far from where it was calibrated is off by one per cent.
+const GAIN: f64 = 0.01;
+
 /// Errors of sensors, by their columns in the data.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Sensor {
@@ -37,12 +43,12 @@ impl Family for Sensor {
         let is_temperature = |k: usize| site.machine.sensors[site.data.sensors[k]].measurand() == Measurand::Temperature;
         let thermometers: Vec<(usize, &String)> = names.iter().enumerate().filter(|(k, _)| is_temperature(*k)).collect();
         if names.len() > 1 && thermometers.len() == names.len() {
-            found.push(Hypothesis::signed(Self::All, "all sensors", none(), 0.5, "K"));
+            found.push(Hypothesis::signed(Self::All, "all sensors", none(), OFFSET, "K"));
         }
         for (at, (k, name)) in thermometers.iter().copied().enumerate() {
-            found.push(Hypothesis::signed(Self::Offset(k), name, none(), 0.5, "K"));
+            found.push(Hypothesis::signed(Self::Offset(k), name, none(), OFFSET, "K"));
             if site.data.rows.len() > 1 {
-                found.push(Hypothesis::signed(Self::Gain(k), name, none(), 0.05, "relative").under(Law::Temperature));
+                found.push(Hypothesis::signed(Self::Gain(k), name, none(), GAIN, "relative").under(Law::Temperature));
             }
             if site.data.is_transient() {
                 found.push(Hypothesis::positive(Self::Lag(k), name, none(), 60.0, "s"));

@@ -95,9 +95,7 @@ fn a_valve_with_hysteresis() {
 
 #[test]
 fn a_drift_in_the_order_of_the_rows() {
-    let lines = |row: &Row| {
-        line("contact.jacket.total_conductance", format!("{} W/K", 45.0 * (-0.6 * row.number as f64 / 15.0).exp()))
-    };
+    let lines = |row: &Row| line("contact.jacket.total_conductance", format!("{} W/K", 45.0 * (-0.6 * row.number as f64 / 15.0).exp()));
     let (problem, _) = table(35, lines, AS_IT_IS);
     let is_true = |scales: &Scales, law: Law| matches!(scales.found(law), Some(FoundLaw::Rows(Sequence::Drift)));
     let way = named("drift", &problem, ("contact conductance", "jacket"), -0.6, is_true);

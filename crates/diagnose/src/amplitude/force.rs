@@ -1,0 +1,84 @@
+//! Causes in force, each with an amplitude of its own in every row: a variable of the machine file holds the course of each, and the data have
+//! its values.
+
+use crate::Problem;
+use crate::effects::{Hypothesis, Law, LawForm, Scales};
+use crate::predictor::{Predictor, in_order};
+use crate::when::Added;
+use coldplate_evidence::measurement::Data;
+
+/// Step of the mean amplitude by which slopes along a course are scaled, as a share of the kind's scale.
+pub const STEP: f64 = 0.1;
+/// Name of the variable that is the course of a member.
+const COURSE: &str = "diagnosed_course_";
+
+/// A machine with causes in force.
+pub struct Forced {
+    /// The machine and its data.
+    pub problem: Problem,
+    /// Where laws are one there.
+    pub scales: Scales,
+    /// Each cause under the law by which it is in force, with its amplitude.
+    pub laws: Vec<(Hypothesis, f64)>,
+}
+
+impl Forced {
+    /// Causes with their amplitudes in all rows, in their units; `None` where the machine file has no words for one.
+    pub fn new(problem: &Problem, predictor: &Predictor<'_>, members: &[(&Hypothesis, Vec<f64>)]) -> Option<Self> {
+        let given = &problem.study.model.machine.variables;
+        let name = |k: usize| format!("{COURSE}{k}");
+        let added = |(k, (_, values)): (usize, &(&Hypothesis, Vec<f64>))| Added {
+            name: name(k),
+            declared: "{ unit = \"1\", default = \"0\" }",
+            values: values.clone(),
+        };
+        let added: Vec<Added> = members.iter().enumerate().map(added).collect();
+        let mut study = problem.study.edited(&Added::lines(&added, problem.study.document()).ok()?).ok()?;
+        let variables = study.model.machine.variables.clone();
+        let data = Added::fill(problem.data.clone(), given, &variables, &added);
+        let mut uncertainty = problem.uncertainty.clone();
+        let before = |name: &str| given.iter().position(|own| own.name == name);
+        let stated = |name: &str| before(name).and_then(|v| uncertainty.variables.get(v).copied()).unwrap_or_default();
+        uncertainty.variables = variables.iter().map(|v| stated(&v.name)).collect();
+        let scales = Scales::of(&data, &study.model.machine);
+        let mut laws = Vec::new();
+        for (k, (h, values)) in members.iter().enumerate() {
+            let at = variables.iter().position(|v| v.name == name(k))?;
+            let (law, amplitude) =
+                if runs(predictor, h) { (h.by_course(Law::Of(at, LawForm::Course)), 1.0) } else { ((*h).clone(), values[0]) };
+            let lines = law.sets(&study, &scales, predictor.user, amplitude).ok()??;
+            if !lines.is_empty() {
+                study = study.edited(&lines).ok()?;
+            }
+            laws.push((law, amplitude));
+        }
+        Some(Self { problem: Problem { study, data, uncertainty, ..problem.clone() }, scales, laws })
+    }
+}
+
+/// Whether the amplitude of a cause may run over the rows: whether the machine file, or what shows its readings, has words for that.
+pub fn runs(predictor: &Predictor<'_>, h: &Hypothesis) -> bool {
+    let law = h.by_course(Law::Of(0, LawForm::Course));
+    let (study, scales) = (predictor.study, predictor.scales);
+    let lines = |h: &Hypothesis| h.sets(study, scales, predictor.user, STEP * h.scale).ok().flatten();
+    h.reads_course() || lines(&law) != lines(h)
+}
+
+/// What a machine's sensors show of predictions (K) with causes in force, and with a little more of one of them or of another.
+pub fn shown(
+    (scales, data): (&Scales, &Data),
+    values: &[f64],
+    laws: &[(Hypothesis, f64)],
+    more: Option<(usize, &Hypothesis, f64)>,
+) -> Vec<f64> {
+    let mut sensors: Vec<(&Hypothesis, f64)> = laws.iter().map(|(h, a)| (h, *a)).collect();
+    if let Some((k, h, step)) = more {
+        // A lag in force grows; it is not followed by another.
+        match sensors.get_mut(k).filter(|(own, _)| own.law == h.law) {
+            Some((_, amplitude)) => *amplitude += step,
+            None => sensors.push((h, step)),
+        }
+    }
+    sensors.retain(|(h, _)| h.is_sensor());
+    in_order(&sensors).fold(values.to_vec(), |values, (h, amplitude)| h.read(scales, data, &values, amplitude))
+}

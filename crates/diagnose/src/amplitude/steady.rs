@@ -1,0 +1,106 @@
+//! Steady tables about the machine with a set in force: each row has its own amplitudes, and its readings answer to these alone.
+
+use super::force::{self, Forced};
+use super::logs::rows_that_count;
+use super::response::Slope;
+use super::rows::Errors;
+use super::search::Reference;
+use super::sizing::Sizing;
+use crate::Problem;
+use crate::effects::{Hypothesis, hypotheses};
+use crate::predictor::Predictor;
+use crate::signature;
+use crate::view::Comparison;
+use coldplate_evidence::identify;
+use coldplate_evidence::measurement::whiten;
+
+/// Step of the amplitudes by which slopes are found, as a share of the kind's scale.
+const STEP: f64 = 0.05;
+
+/// A table with what its search needs.
+pub struct Table<'a> {
+    /// The table.
+    pub problem: &'a Problem,
+    /// Predictions.
+    pub predictor: &'a Predictor<'a>,
+    /// The machine as it is beside it.
+    pub base: &'a Comparison,
+    /// Its errors beside the machine as it is.
+    pub errors: &'a Errors,
+    /// Causes that show.
+    pub visible: &'a [(&'a Hypothesis, &'a Vec<f64>)],
+    /// Their amplitudes in units of scales.
+    pub sizes: &'a [Sizing],
+}
+
+impl Table<'_> {
+    /// The machine with members in force at amplitudes in each row with readings, in units of their scales; `None` where it cannot be solved.
+    pub fn about(&self, members: &[usize], amplitudes: &[Vec<f64>]) -> Option<(Reference, Errors)> {
+        let (forced, change) = self.with(members, amplitudes)?;
+        let slope = |k: usize| -> Option<Slope> {
+            if self.visible[members[k]].0.is_fixed() {
+                // An exchange is straight.
+                let mut without = amplitudes.to_vec();
+                without[k].fill(0.0);
+                let mut whole = amplitudes.to_vec();
+                whole[k].fill(1.0);
+                let (without, whole) = (self.with(members, &without)?.1, self.with(members, &whole)?.1);
+                return Some(Slope::OfRow(whole.iter().zip(&without).map(|(w, o)| w - o).collect()));
+            }
+            let mut more = amplitudes.to_vec();
+            more[k].iter_mut().for_each(|a| *a += STEP);
+            let (_, more) = self.with(members, &more)?;
+            Some(Slope::OfRow(more.iter().zip(&change).map(|(m, c)| (m - c) / STEP).collect()))
+        };
+        let slopes = (0..members.len()).map(slope).collect::<Option<Vec<_>>>()?;
+        let numbers = self.numbers(&forced)?;
+        let reference = Reference { amplitudes: amplitudes.to_vec(), change, slopes, others: Vec::new() };
+        Some((reference, Errors { numbers, ..self.errors.clone() }))
+    }
+
+    /// The machine with members in force, and the change of the readings, K.
+    fn with(&self, members: &[usize], amplitudes: &[Vec<f64>]) -> Option<(Forced, Vec<f64>)> {
+        let data = &self.problem.data;
+        let read = rows_that_count(data);
+        let course = |(m, own): (&usize, &Vec<f64>)| {
+            let (h, size) = (self.visible[*m].0, self.sizes[*m]);
+            let (least, most) = if h.is_fixed() { (0.0, 1.0) } else { h.range() };
+            let mut values = vec![0.0; data.rows.len()];
+            read.iter().zip(own).for_each(|(row, a)| values[*row] = size.amplitude(*a).clamp(least, most));
+            (h, values)
+        };
+        let courses: Vec<(&Hypothesis, Vec<f64>)> = members.iter().zip(amplitudes).map(course).collect();
+        let forced = Forced::new(self.problem, self.predictor, &courses)?;
+        let places = whiten::places(data);
+        let acts = courses.iter().any(|(h, _)| !h.is_sensor());
+        let values = match acts {
+            true => identify::steady_near(&forced.problem.study, &forced.problem.data, self.predictor.fields).ok()?.0,
+            false => self.predictor.predicted.to_vec(),
+        };
+        let mut values = force::shown((&forced.scales, &forced.problem.data), &values, &forced.laws, None);
+        for (h, course) in &courses {
+            // Exchanged sensors read with the mesh's share at the other one's place.
+            for (i, from) in h.relabelled(&places).into_iter().flatten().enumerate() {
+                values[i] += course[places[i].0] * (self.base.mesh[from] - self.base.mesh[i]);
+            }
+        }
+        let change = values.iter().zip(self.predictor.predicted).map(|(v, p)| v - p).collect();
+        Some((forced, change))
+    }
+
+    /// Change of the readings with the logarithm of each number of the machine with causes in force, K.
+    fn numbers(&self, forced: &Forced) -> Option<Vec<Vec<f64>>> {
+        let Forced { problem, scales, .. } = forced;
+        // An effect is numbered anew in another file.
+        let own = hypotheses(&problem.study, &problem.data, &problem.user);
+        let same = |(number, _): &(Hypothesis, f64)| {
+            let is = |other: &&Hypothesis| (other.kind(), &other.place, other.law) == (number.kind(), &number.place, number.law);
+            own.iter().find(is).cloned()
+        };
+        let numbers = self.base.numbers.iter().map(same).collect::<Option<Vec<Hypothesis>>>()?;
+        let about = (scales, problem.user.as_slice());
+        let found = signature::steady(&problem.study, &problem.data, &[], &numbers, about, Some(self.predictor.fields)).ok()?;
+        let scaled = |(column, (_, unit)): (&Vec<f64>, &(Hypothesis, f64))| column.iter().map(|c| unit * c).collect();
+        Some(found.columns.iter().zip(&self.base.numbers).map(scaled).collect())
+    }
+}
