@@ -487,12 +487,12 @@ mod tests {
             }
 
             // A cause that follows functions, beside the other alone.
-            let without = [freedoms[0], Freedom { size: 0.0, freedom: 0.0, curve: None }];
-            let beside = explained.posterior(&without, loose.0).unwrap();
+            let without = [freedoms[0], Freedom::constant(0.0)];
+            let beside = explained.posterior(&without, looseness).unwrap();
             let terms: Vec<(usize, f64)> = (0..profiles.of.len()).map(|f| (f, freedoms[1].of(profiles.of[f]))).collect();
             if freedoms[1].freedom == 0.0 {
                 let gain = beside.of_functions(1, &profiles.functions).gain(&terms).unwrap();
-                let expected = found - explained.log_evidence(&without, loose.0).unwrap();
+                let expected = found - explained.log_evidence(&without, looseness).unwrap();
                 assert!((gain - expected).abs() < 1e-9, "{gain} {expected}");
             }
 
