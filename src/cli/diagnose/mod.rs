@@ -56,7 +56,7 @@ pub struct Args {
     /// Fit surrogates of the machine as it is and of the extended one over the ranges of the machine file; write the latter here
     #[arg(long, value_name = "FILE")]
     surrogate: Option<PathBuf>,
-    /// Find places and kinds of steady tables by their amplitudes alone too, free in every row, whatever law these follow
+    /// Find places and kinds by their amplitudes alone too, whatever law these follow: free in every row of a table, in logs free in time
     #[arg(long)]
     amplitudes: bool,
     /// Use every reading, faulty ones too (default: faulty readings are named and left out)
@@ -100,12 +100,6 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         refit::check(machine).map_err(|e| e.in_file(&args.machine))?;
     }
     let data = command_input::data(args.data.as_deref(), &args.readings.between(), machine)?;
-    if args.amplitudes && data.is_transient() {
-        let error = Error::input("amplitudes that are free in every row are found in steady tables, and this is a log");
-        return Err(error
-            .at_key("--amplitudes")
-            .help("leave it out, or give the steady end of each test as a row of a table without a time"));
-    }
     let uncertainty = measured::uncertainty(args.data.as_deref(), &args.machine, &data, machine, out)?;
     let start = command_input::start(&args.from)?;
     let mut uncertain = args.uncertain.iter().map(|text| uncertain(text, &study)).collect::<Result<Vec<_>>>()?;

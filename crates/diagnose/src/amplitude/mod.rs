@@ -59,8 +59,8 @@ pub struct PlaceAndKind {
     pub deviations: Vec<f64>,
     /// Whether every row may have its own.
     pub is_free: bool,
-    /// The variable over which it runs, if it does: `row` is the order of the rows of a table, `time` what has passed in logs. Variables that
-    /// it is in proportion to are joined by `, `.
+    /// The variable over which it runs, if it does: `row` is the order of the rows of a table, `time` what has passed in each test of a log and
+    /// `elapsed_time` through all of them. In logs variables that it is in proportion to are added, joined by `, `.
     pub over: Option<String>,
 }
 
@@ -165,7 +165,7 @@ pub fn places(problem: &Problem, settings: &AmplitudeSettings, progress: &dyn Pr
     let (profiles, residual) = ((&profiles.0, &profiles.1), &base.found.residual);
     let by_slope = if is_costly {
         progress.say("places and kinds by their slopes");
-        let search = Search::new(&errors, residual, &candidates, settings, solved, profiles);
+        let search = Search::new(&errors, residual, &candidates, settings, solved, profiles, None);
         let bent = |m: &usize| !is_straight(visible[*m].0);
         let best: Vec<usize> = search.singles(&search.nothing()).iter().map(|fit| fit.members[0]).filter(bent).take(RUN_OF_CELLS).collect();
         let run = |m: &usize| (*m, candidate(&predictor, visible[*m], sizes[*m], true));
@@ -174,7 +174,7 @@ pub fn places(problem: &Problem, settings: &AmplitudeSettings, progress: &dyn Pr
     } else {
         0
     };
-    let search = Search::new(&errors, residual, &candidates, settings, solved, profiles);
+    let search = Search::new(&errors, residual, &candidates, settings, solved, profiles, None);
     let most_refined = if is_costly { REFINED_OF_CELLS } else { REFINED };
     let refined = |fits: Vec<Fit>| refined(&search, fits, most_refined);
     let nothing = search.nothing();

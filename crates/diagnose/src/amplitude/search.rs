@@ -21,7 +21,9 @@ const GROWING: usize = 6;
 /// Further places of each of them that are fitted to the end.
 const FITTED: usize = 6;
 /// Machines with a set in force about which a log is made linear at most.
-const MOST_REFERENCES: usize = 8;
+const MOST_REFERENCES: usize = 10;
+/// The first of them about which choices are made anew: beside a cause that bends two of them may change places for ever.
+const CHOOSING_REFERENCES: usize = 3;
 
 /// A place and a kind.
 #[derive(Debug, Clone)]
@@ -127,7 +129,7 @@ pub struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    /// A search; the blocks are factored once.
+    /// A search; the blocks are factored once, in logs for wandering errors `near` one where there is one.
     pub fn new(
         errors: &'a Errors,
         residual: &'a [f64],
@@ -135,10 +137,14 @@ impl<'a> Search<'a> {
         settings: &'a AmplitudeSettings,
         solved: Solved<'a>,
         (profiles, all_profiles): (&'a Profiles, &'a Profiles),
+        near: Option<Looseness>,
     ) -> Self {
         let rows: Vec<Rows> = match &errors.log {
             None => settings.disturbances.par_iter().filter_map(|size| Rows::new(errors, *size)).collect(),
-            Some(log) => settings.wanderings.par_iter().map(|size| Rows::of_logs(errors, log, *size)).collect(),
+            Some(log) => {
+                let sizes = near.map_or_else(|| settings.wanderings.clone(), |near| near_by(&settings.wanderings, near.wandering));
+                sizes.par_iter().map(|size| Rows::of_logs(errors, log, *size)).collect()
+            }
         };
         Self { errors, residual, candidates, settings, solved, profiles, all_profiles, rows }
     }
@@ -147,7 +153,7 @@ impl<'a> Search<'a> {
     pub fn with_errors_of<'b>(&'b self, fit: &'b Fit) -> Search<'b> {
         let errors = fit.errors.as_deref().unwrap_or(self.errors);
         let profiles = (self.all_profiles, self.all_profiles);
-        Search::new(errors, self.residual, self.candidates, self.settings, self.solved, profiles)
+        Search::new(errors, self.residual, self.candidates, self.settings, self.solved, profiles, Some(fit.looseness))
     }
 
     /// Whether amplitudes are given by coefficients: in logs.
@@ -201,10 +207,10 @@ impl<'a> Search<'a> {
     fn brought_to_rest(&self, fit: Fit) -> Fit {
         let Some(about) = self.solved.about else { return fit };
         let mut fit = fit;
-        for _ in 0..MOST_REFERENCES {
+        for place in 0..MOST_REFERENCES {
             let Some((reference, errors)) = about(&fit.members, &fit.amplitudes, false) else { break };
             let begun = Fit { errors: Some(Arc::new(errors)), reference: Some(Arc::new(reference)), stands: false, ..fit };
-            fit = self.with_errors_of(&begun).fit(begun.clone());
+            fit = self.with_errors_of(&begun).fit_from(begun.clone(), place >= CHOOSING_REFERENCES);
             let moved = fit.reference.iter().flat_map(|own| own.amplitudes.iter().zip(&fit.amplitudes)).flat_map(|(a, b)| a.iter().zip(b));
             let is_at_rest = moved.fold(0.0, |most: f64, (a, b)| most.max((a - b).abs())) < STANDS;
             if !fit.log_evidence.is_finite() || is_at_rest {
@@ -268,8 +274,12 @@ impl<'a> Search<'a> {
 
     /// Fits a set from where it begins.
     pub fn fit(&self, begun: Fit) -> Fit {
+        self.fit_from(begun, false)
+    }
+
+    /// The same; choices that are settled stay.
+    fn fit_from(&self, begun: Fit, mut is_settled: bool) -> Fit {
         let mut fit = begun;
-        let mut is_settled = false;
         for iteration in 0..MOST_ITERATIONS {
             let (_, linear) = self.about(&fit);
             let before = (fit.freedoms.clone(), fit.looseness);
@@ -277,7 +287,7 @@ impl<'a> Search<'a> {
                 let all: Vec<(usize, usize)> = fit.members.iter().copied().enumerate().collect();
                 fit.freedoms = self.freest(&linear, &fit.freedoms, (&all, true), fit.looseness).0;
             }
-            let near = (iteration > 0).then_some(fit.looseness);
+            let near = (iteration > 0 || fit.reference.is_some()).then_some(fit.looseness);
             (fit.looseness, fit.log_evidence) = self.loosest(&linear, &fit.freedoms, near);
             // Choices that stood once stand to the end: the amplitudes come to rest beneath them.
             is_settled |= iteration > 0 && before == (fit.freedoms.clone(), fit.looseness);
@@ -431,6 +441,12 @@ pub struct Linear {
     pub residual: Vec<f64>,
     /// K per scale.
     pub slopes: Vec<Slope>,
+}
+
+/// A value among some, with the ones beside it.
+pub(super) fn near_by(all: &[f64], value: f64) -> Vec<f64> {
+    let at = all.iter().position(|v| *v == value).unwrap_or(0);
+    all[at.saturating_sub(1)..(at + 2).min(all.len())].to_vec()
 }
 
 fn ordered(members: &[usize]) -> Vec<usize> {
