@@ -1,4 +1,4 @@
-//! Places and kinds whose amplitude is free in every row of a table, as text and as outside programs read them.
+//! Places and kinds whose amplitude is free in every row of a table, or in time, as text and as outside programs read them.
 
 use serde::Serialize;
 
@@ -6,11 +6,14 @@ use super::Findings;
 use super::estimate::EstimateRecord;
 use coldplate_base::numbers::significant;
 use coldplate_diagnose::{AmplitudeSettings, Cause, Law, PlaceAndKind, PlaceSet, Places, Way};
+use coldplate_evidence::measurement::ReadingRow;
 
 /// Sets that are told in text.
 const TOLD: usize = 3;
 /// Least probability of a set that is told beside the first.
 const LEAST_TOLD: f64 = 0.01;
+/// Rows of a log whose amplitudes are told, about.
+const ROWS_TOLD: usize = 12;
 
 /// Part of an answer that `--amplitudes` adds.
 #[derive(Debug, Clone, Serialize)]
@@ -18,6 +21,8 @@ const LEAST_TOLD: f64 = 0.01;
 pub struct PlacesRecord {
     /// Places and kinds that were tried, each fitted to the end.
     pub tried: usize,
+    /// Causes among them that were followed by their slope alone: in logs of a machine of cells all but the best that bend.
+    pub by_slope: usize,
     /// Sets, most probable first; one without causes is the machine as it is.
     pub sets: Vec<PlaceSetRecord>,
     /// Constants that decide the answer.
@@ -34,14 +39,18 @@ pub struct PlaceSetRecord {
     pub probability: f64,
     /// Logarithm of the evidence over that of the machine as it is.
     pub log_evidence: f64,
-    /// Logarithm of the density of each row given all others, over that of the machine as it is, summed over the rows.
+    /// Logarithm of the density of each row given all others, over that of the machine as it is, summed over the rows. In logs of each test, or
+    /// of each stretch of time where tests are few.
     pub log_density_kept_out: f64,
     /// Standard error of that sum.
     pub standard_error: f64,
     /// Spread of the numbers of the machine file beside it, standard deviation of their logarithms.
     pub numbers: f64,
-    /// Heat in every part, new in every row, beside it: standard deviation as a share of the machine's mean heat.
+    /// Heat in every part, new in every row, in logs wandering with the time, beside it: standard deviation as a share of the machine's mean
+    /// heat.
     pub disturbance: f64,
+    /// Error of each sensor of a log that wanders with the time, beside what is stated: standard deviation, K.
+    pub wandering: f64,
 }
 
 /// One way in which a set acts.
@@ -74,7 +83,8 @@ pub struct PlaceLawRecord {
 pub struct PlaceRecord {
     pub kind: String,
     pub place: String,
-    /// Variable over which the amplitude runs smoothly, `row` for the order of the rows; none where it is alike in all rows or free.
+    /// Variable over which the amplitude runs smoothly, `row` for the order of the rows; none where it is alike in all rows or free. In logs
+    /// `time` where it runs smoothly in time, and variables that it is in proportion to, joined by `, `.
     pub over: Option<String>,
     /// Whether every row has an amplitude of its own.
     pub free: bool,
@@ -86,6 +96,9 @@ pub struct PlaceRecord {
 #[allow(missing_docs)]
 pub struct RowAmplitudeRecord {
     pub test: String,
+    /// Time of a row of a log, s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub time_s: Option<f64>,
     pub amplitude: EstimateRecord,
 }
 
@@ -132,13 +145,14 @@ fn in_rows(own: &PlaceAndKind) -> Vec<EstimateRecord> {
 /// For outside programs.
 pub fn record(found: &Findings<'_>) -> PlacesRecord {
     let places = &found.diagnosis.places;
-    let tests: Vec<&str> = found.problem.data.rows.iter().filter(|row| row.has_readings()).map(|row| row.test.as_str()).collect();
+    let read: Vec<&ReadingRow> = found.problem.data.rows.iter().filter(|row| row.has_readings()).collect();
+    let at = |(row, amplitude): (&&ReadingRow, EstimateRecord)| RowAmplitudeRecord { test: row.test.clone(), time_s: row.time, amplitude };
     let place = |own: &PlaceAndKind| PlaceRecord {
         kind: own.hypothesis.kind().into(),
         place: own.hypothesis.place.clone(),
         over: own.over.clone(),
         free: own.is_free,
-        rows: tests.iter().zip(in_rows(own)).map(|(test, amplitude)| RowAmplitudeRecord { test: (*test).into(), amplitude }).collect(),
+        rows: read.iter().zip(in_rows(own)).map(at).collect(),
     };
     let sets = places.sets.iter().map(|set| PlaceSetRecord {
         causes: set.members.iter().map(place).collect(),
@@ -149,8 +163,9 @@ pub fn record(found: &Findings<'_>) -> PlacesRecord {
         standard_error: set.kept_out.1,
         numbers: set.looseness.spread,
         disturbance: set.looseness.disturbance,
+        wandering: set.looseness.wandering,
     });
-    PlacesRecord { tried: places.tried, sets: sets.collect(), settings: found.problem.settings.clone() }
+    PlacesRecord { tried: places.tried, by_slope: places.by_slope, sets: sets.collect(), settings: found.problem.settings.clone() }
 }
 
 /// How an amplitude runs over the rows, in words.
@@ -166,7 +181,10 @@ fn run_in_words(own: &PlaceAndKind) -> String {
 /// For readers: the first sets, and the amplitude of the first one's causes in every row as lines of a table.
 pub fn text(found: &Findings<'_>, table: impl Fn(&[&str], &[Vec<String>]) -> String) -> String {
     let places = &found.diagnosis.places;
-    let mut text = format!("\nby amplitude alone, free in every row ({} places and kinds):\n", places.tried);
+    let is_log = found.problem.data.is_transient();
+    let free = if is_log { "free in time" } else { "free in every row" };
+    let by_slope = if places.by_slope > 0 { format!(", {} of them by their slope alone", places.by_slope) } else { String::new() };
+    let mut text = format!("\nby amplitude alone, {free} ({} places and kinds{by_slope}):\n", places.tried);
     for (i, set) in places.sets.iter().take(TOLD).enumerate().filter(|(i, set)| *i == 0 || set.probability > LEAST_TOLD) {
         let words: Vec<String> =
             set.members.iter().map(|own| format!("{}, {}", own.hypothesis.kind_and_place(), run_in_words(own))).collect();
@@ -176,21 +194,27 @@ pub fn text(found: &Findings<'_>, table: impl Fn(&[&str], &[Vec<String>]) -> Str
         if i == 0 && !set.members.is_empty() {
             let (sum, error) = set.kept_out;
             text += &format!(
-                "         rows kept out are more probable by a factor of e^{} +- {}\n",
+                "         {} kept out are more probable by a factor of e^{} +- {}\n",
+                if is_log { "stretches of time" } else { "rows" },
                 significant(sum, 3),
                 significant(error, 2)
             );
         }
     }
     let Some(first) = places.sets.first().filter(|set| !set.members.is_empty()) else { return text };
-    let tests = found.problem.data.rows.iter().filter(|row| row.has_readings()).map(|row| row.test.clone());
+    let read: Vec<&ReadingRow> = found.problem.data.rows.iter().filter(|row| row.has_readings()).collect();
     let columns: Vec<Vec<EstimateRecord>> = first.members.iter().map(in_rows).collect();
     let cell = |own: &EstimateRecord| {
         let unit = if own.unit == "1" { String::new() } else { format!(" {}", own.unit) };
         format!("{}{unit} ({} to {})", significant(own.value, 3), significant(own.low, 3), significant(own.high, 3))
     };
-    let rows: Vec<Vec<String>> =
-        tests.enumerate().map(|(row, test)| std::iter::once(test).chain(columns.iter().map(|own| cell(&own[row]))).collect()).collect();
+    let name = |row: &ReadingRow| match row.time {
+        Some(time) => format!("{} at {} s", row.test, significant(time, 6)),
+        None => row.test.clone(),
+    };
+    let stride = if is_log { read.len().div_ceil(ROWS_TOLD).max(1) } else { 1 };
+    let line = |row: usize| std::iter::once(name(read[row])).chain(columns.iter().map(|own| cell(&own[row]))).collect();
+    let rows: Vec<Vec<String>> = (0..read.len()).step_by(stride).map(line).collect();
     let heading: Vec<String> = first.members.iter().map(|own| own.hypothesis.kind_and_place()).collect();
     let heading: Vec<&str> = std::iter::once("test").chain(heading.iter().map(String::as_str)).collect();
     text + "\n" + &table(&heading, &rows)

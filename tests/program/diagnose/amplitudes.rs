@@ -1,7 +1,7 @@
 //! `--amplitudes`: places and kinds by the amplitude that every row asks for.
 
 use super::scratch;
-use crate::common::{coldplate, json, message, write};
+use crate::common::{coldplate, json, write};
 
 /// Three masses, of which the nut has a heat that follows no variable by any power: 20 W at middle speeds alone.
 const MACHINE: &str = r#"
@@ -72,14 +72,49 @@ fn a_heat_by_no_known_law_is_found_with_its_curve() {
     assert!(text.contains("by amplitude alone") && text.contains("heat source at nut"), "{text}");
 }
 
+/// A log by small steps of the balance: the contact of the nut opens with the time, to a third.
+fn log() -> String {
+    let mut text = "time [s],motor_speed [rpm],ambient_temperature [degC],motor [degC],nut [degC],frame [degC]\n".to_string();
+    let (mut motor, mut nut, mut frame) = (20.0f64, 20.0f64, 20.0f64);
+    let rpm = |time: f64| if (time / 1500.0) as usize % 2 == 0 { 2500.0 } else { 800.0 };
+    for second in 0..=6000 {
+        let time = f64::from(second);
+        if second % 60 == 0 {
+            text += &format!("{time},{},20,{motor:.3},{nut:.3},{frame:.3}\n", rpm(time));
+        }
+        let (of_motor, of_nut) = (2.0 * (motor - frame), 1.5 * opened(time) * (nut - frame));
+        let power = 0.04
+            * (rpm(60.0 * (time / 60.0).floor())
+                + (time / 60.0).fract() * (rpm(60.0 * ((time / 60.0).floor() + 1.0)) - rpm(60.0 * (time / 60.0).floor())));
+        motor += (power - of_motor) / 300.0;
+        nut += (30.0 - of_nut) / 150.0;
+        frame += (of_motor + of_nut - 4.0 * (frame - 20.0)) / 900.0;
+    }
+    text
+}
+
+/// Share of the contact that is left.
+fn opened(time: f64) -> f64 {
+    (-1.1 * time / 6000.0).exp()
+}
+
 #[test]
-fn logs_are_refused_before_any_work() {
+fn a_contact_of_a_log_is_found_with_its_course() {
     let folder = scratch("amplitudes-log");
-    let machine = write(&folder, "masses.toml", MACHINE);
-    let log = "time [s],motor_speed [rpm],ambient_temperature [degC],motor [degC]\n0,1000,20,20\n60,1000,20,25\n120,1000,20,28\n";
-    let table = write(&folder, "log.csv", log);
-    let refused = coldplate(&["diagnose", &machine, &table, "--amplitudes"]);
-    let said = message(&refused);
-    assert_eq!(refused.status.code(), Some(2), "{said}");
-    assert!(said.contains("--amplitudes") && said.contains("this is a log") && said.contains("leave it out"), "{said}");
+    let heated = format!("{MACHINE}[source.nut]\nin = \"nut\"\npower = \"30 W\"\n");
+    let (machine, table) = (write(&folder, "masses.toml", heated), write(&folder, "log.csv", log()));
+    let arguments = ["diagnose", &machine, &table, "--amplitudes", "--from", "parts", "--quiet"];
+    let found = json(&coldplate(&[&arguments[..], &["--json"]].concat()));
+    let first = &found["amplitudes"]["sets"][0]["causes"];
+    assert_eq!(first.as_array().map(Vec::len), Some(1), "{first}");
+    let cause = &first[0];
+    assert_eq!((cause["kind"].as_str(), cause["place"].as_str()), (Some("contact conductance"), Some("nut_frame")), "{cause}");
+    assert_eq!(cause["over"], "time");
+    for row in cause["rows"].as_array().unwrap().iter().step_by(10) {
+        let (time, value) = (row["time_s"].as_f64().unwrap(), row["amplitude"]["value"].as_f64().unwrap());
+        assert!((value / opened(time) - 1.0).abs() < 0.15, "{value} for {} at {time} s", opened(time));
+    }
+    let text = coldplate(&arguments);
+    let text = String::from_utf8_lossy(&text.stdout).into_owned();
+    assert!(text.contains("by amplitude alone, free in time") && text.contains("runs with time"), "{text}");
 }

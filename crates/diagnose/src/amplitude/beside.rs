@@ -124,7 +124,7 @@ impl<'p> Beside<'p> {
         let (profiles, residual) = ((&profiles.0, &profiles.1), &base.found.residual);
         let by_slope = if is_costly {
             progress.say("places and kinds by their slopes");
-            let search = Search::new(&errors, residual, &candidates, settings, about, profiles);
+            let search = Search::new(&errors, residual, &candidates, settings, about, profiles, None);
             let bent = |m: &usize| !is_straight(visible[*m].0);
             let best: Vec<usize> =
                 search.singles(&search.nothing()).iter().map(|fit| fit.members[0]).filter(bent).take(RUN_OF_CELLS).collect();
@@ -134,7 +134,7 @@ impl<'p> Beside<'p> {
         } else {
             0
         };
-        let search = Search::new(&errors, residual, &candidates, settings, about, profiles);
+        let search = Search::new(&errors, residual, &candidates, settings, about, profiles, None);
         let nothing = search.nothing();
         let mut all = grown(&search, &nothing, if is_costly { REFINED_OF_CELLS } else { REFINED }, progress);
         all.push(nothing.clone());

@@ -3,7 +3,7 @@
 use super::evidence::{Explained, Freedom};
 use super::profiles::Curve;
 use super::rows::{Looseness, Rows};
-use super::search::{Candidate, Linear, Search};
+use super::search::{Candidate, Linear, Search, near_by};
 
 impl Search<'_> {
     pub(super) fn rows_at(&self, looseness: Looseness) -> &Rows {
@@ -42,10 +42,6 @@ impl Search<'_> {
 
     /// The looseness of the model with the largest evidence under given freedoms, near one where there is one.
     pub(super) fn loosest(&self, linear: &Linear, freedoms: &[Freedom], near: Option<Looseness>) -> (Looseness, f64) {
-        let near_by = |all: &[f64], value: f64| -> Vec<f64> {
-            let at = all.iter().position(|v| *v == value).unwrap_or(0);
-            all[at.saturating_sub(1)..(at + 2).min(all.len())].to_vec()
-        };
         let s = self.settings;
         let all_disturbances = self.disturbances();
         let (disturbances, spreads, wanderings) = match near {
@@ -94,11 +90,11 @@ impl Search<'_> {
                     [from.freedom, 0.0].map(|freedom| Freedom { freedom, curve: Some((curve, size)), ..from })
                 })
             };
-            let is_open = |(variable, _): &Curve| candidate.may_wander || self.profiles.time != Some(*variable);
-            curves.extend(self.profiles.curves().into_iter().filter(is_open).flat_map(of));
+            let is_open = |variable: &usize| candidate.may_wander || !self.profiles.times.contains(variable);
+            curves.extend(self.profiles.curves().into_iter().filter(|(variable, _)| is_open(variable)).flat_map(of));
             curves.push(Freedom { curve: None, ..from });
             // One variable more, or one less.
-            laws.extend(self.profiles.linear().into_iter().map(|v| Freedom { law: from.law ^ 1 << v, ..from }));
+            laws.extend(self.profiles.linear().into_iter().filter(is_open).map(|v| Freedom { law: from.law ^ 1 << v, ..from }));
         }
         [sizes, curves, laws]
     }

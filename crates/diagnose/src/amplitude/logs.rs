@@ -34,6 +34,8 @@ const KNOTS: (usize, usize) = (6, 24);
 const STRETCHES: usize = 6;
 /// Instants in each test at which courses turn in a machine of cells. Chosen: time steps against what is between them.
 const INSTANTS_OF_CELLS: usize = 48;
+/// Name of the time through all tests, one after another.
+const ELAPSED: &str = "elapsed_time";
 
 /// A log with what its search needs.
 pub struct Log<'a> {
@@ -56,7 +58,7 @@ pub struct Log<'a> {
     heat: f64,
     /// Stretch of each reading.
     stretches: Vec<usize>,
-    /// Variables over which an amplitude may run, by name; the time is the last one.
+    /// Variables over which an amplitude may run, by name; times are the last ones.
     pub names: Vec<String>,
 }
 
@@ -79,11 +81,18 @@ impl<'a> Log<'a> {
                 variables.push(values);
             }
         }
-        names.push(TIME.into());
-        variables.push(elapsed(data));
+        // Of several tests the time in each, and that through all of them.
+        let (in_test, through) = times(data);
+        let several = usize::from(in_test != through);
+        if several > 0 {
+            names.push(TIME.into());
+            variables.push(in_test);
+        }
+        names.push(if several > 0 { ELAPSED.into() } else { TIME.into() });
+        variables.push(through);
         let read: Vec<usize> = rows_that_count(data);
         let is_followed = base.found.linear.is_some();
-        let functions = if is_followed { Profiles::of_log(&variables, &read) } else { Profiles::constant(data.rows.len()) };
+        let functions = if is_followed { Profiles::of_log(&variables, 1 + several, &read) } else { Profiles::constant(data.rows.len()) };
         let screened = functions.screened();
         let loads = data.rows.iter().filter_map(|row| Load::at(machine, &row.condition).ok());
         let heats: Vec<f64> = loads.flat_map(|load| load.powers).map(f64::abs).collect();
@@ -345,17 +354,20 @@ fn varies_within_tests(data: &Data, values: &[f64]) -> bool {
     })
 }
 
-/// Time that has passed in every row, s: one test after another.
-fn elapsed(data: &Data) -> Vec<f64> {
-    let mut all = vec![0.0; data.rows.len()];
+/// Time that has passed in every row, s: in its test, and through all tests, one after another.
+fn times(data: &Data) -> (Vec<f64>, Vec<f64>) {
+    let (mut in_test, mut through) = (vec![0.0; data.rows.len()], vec![0.0; data.rows.len()]);
     let mut before = 0.0;
     for rows in rows_of_tests(data) {
         let time = |row: usize| data.rows[row].time.unwrap_or(0.0);
         let start = rows.first().map_or(0.0, |row| time(*row));
-        rows.iter().for_each(|row| all[*row] = before + time(*row) - start);
-        before = rows.last().map_or(before, |row| all[*row]);
+        for row in &rows {
+            in_test[*row] = time(*row) - start;
+            through[*row] = before + in_test[*row];
+        }
+        before = rows.last().map_or(before, |row| through[*row]);
     }
-    all
+    (in_test, through)
 }
 
 /// Functions of all rows that are one at a knot of a test, and fall to nothing at the next ones; one knot is the whole test.

@@ -43,8 +43,8 @@ pub struct PlaceAndKind {
     pub deviations: Vec<f64>,
     /// Whether every row may have its own.
     pub is_free: bool,
-    /// The variable over which it runs, if it does: `row` is the order of the rows of a table, `time` what has passed in logs. Variables that
-    /// it is in proportion to are joined by `, `.
+    /// The variable over which it runs, if it does: `row` is the order of the rows of a table, `time` what has passed in each test of a log and
+    /// `elapsed_time` through all of them. In logs variables that it is in proportion to are added, joined by `, `.
     pub over: Option<String>,
 }
 

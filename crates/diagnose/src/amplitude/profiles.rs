@@ -34,8 +34,8 @@ pub struct Profiles {
     pub functions: DMatrix<f64>,
     /// What each function is.
     pub of: Vec<Function>,
-    /// Variable that is the time of a log.
-    pub time: Option<usize>,
+    /// Variables that are a time of a log.
+    pub times: Vec<usize>,
 }
 
 /// Standard deviation of a variable over the rows.
@@ -48,12 +48,13 @@ fn deviation(values: &[f64]) -> f64 {
 impl Profiles {
     /// The constant alone.
     pub fn constant(rows: usize) -> Self {
-        Self { functions: DMatrix::from_element(rows, 1, 1.0), of: vec![Function::Constant], time: None }
+        Self { functions: DMatrix::from_element(rows, 1, 1.0), of: vec![Function::Constant], times: Vec::new() }
     }
 
-    /// Of the rows of a log, by the values of some variables in them, of which the last is the time: the constant, what is in proportion to
-    /// each of the others, and smooth functions of the time. Means and deviations are those of the rows that `counts`.
-    pub fn of_log(variables: &[Vec<f64>], counts: &[usize]) -> Self {
+    /// Of the rows of a log, by the values of some variables in them, of which the last are `times`: the constant, what is in proportion to
+    /// each variable but the last, and smooth functions of the times, slow ones first. Means and deviations are those of the rows that
+    /// `counts`.
+    pub fn of_log(variables: &[Vec<f64>], times: usize, counts: &[usize]) -> Self {
         let rows = variables.last().map_or(0, Vec::len);
         let n = counts.len().max(1) as f64;
         let centred = |values: &[f64]| {
@@ -67,23 +68,25 @@ impl Profiles {
             centred
         };
         let all: Vec<Vec<f64>> = variables.iter().map(standardised).collect();
-        let time = all.len().saturating_sub(1);
+        let times: Vec<usize> = (all.len().saturating_sub(times)..all.len()).collect();
         let mut columns = vec![vec![1.0; rows]];
         let mut of = vec![Function::Constant];
-        for (v, values) in all.iter().enumerate().take(time) {
+        for (v, values) in all.iter().enumerate().take(all.len().saturating_sub(1)) {
             columns.push(values.clone());
             of.push(Function::Linear(v));
         }
-        for (place, length) in LENGTHS.iter().enumerate().filter(|_| !all.is_empty()) {
-            let near = |i: usize, j: usize| (-0.5 * ((all[time][i] - all[time][j]) / length).powi(2)).exp();
-            let kernel = |j: usize| (0..rows).map(|i| near(i, j)).collect();
-            for column in low_rank(vec![1.0; rows], kernel, LEAST_VARIANCE) {
-                columns.push(centred(&column));
-                of.push(Function::Smooth((time, place)));
+        for (place, length) in LENGTHS.iter().enumerate() {
+            for time in &times {
+                let near = |i: usize, j: usize| (-0.5 * ((all[*time][i] - all[*time][j]) / length).powi(2)).exp();
+                let kernel = |j: usize| (0..rows).map(|i| near(i, j)).collect();
+                for column in low_rank(vec![1.0; rows], kernel, LEAST_VARIANCE) {
+                    columns.push(centred(&column));
+                    of.push(Function::Smooth((*time, place)));
+                }
             }
         }
         let columns: Vec<DVector<f64>> = columns.into_iter().map(DVector::from_vec).collect();
-        Self { functions: DMatrix::from_columns(&columns), of, time: Some(time) }
+        Self { functions: DMatrix::from_columns(&columns), of, times }
     }
 
     /// Those of some rows alone.
@@ -93,16 +96,13 @@ impl Profiles {
 
     /// How many functions every cause is screened by in a log: the constant, those in proportion, and slow ones of the time.
     pub fn screened(&self) -> usize {
-        let is_screened = |f: &Function| match f {
-            Function::Smooth(curve) => self.time.is_some_and(|time| *curve == (time, 0)),
-            _ => true,
-        };
+        let is_screened = |f: &Function| !matches!(f, Function::Smooth((_, place)) if *place > 0 || self.times.is_empty());
         self.of.iter().take_while(|f| is_screened(f)).count()
     }
 
     /// The first functions alone.
     pub fn first(&self, count: usize) -> Self {
-        Self { functions: self.functions.columns(0, count).into_owned(), of: self.of[..count].to_vec(), time: self.time }
+        Self { functions: self.functions.columns(0, count).into_owned(), of: self.of[..count].to_vec(), times: self.times.clone() }
     }
 
     /// With smooth functions of each of some variables, given by their values in the rows: variables that do not vary have none.
@@ -132,7 +132,7 @@ impl Profiles {
                 }
             }
         }
-        Self { functions: DMatrix::from_columns(&columns), of, time: None }
+        Self { functions: DMatrix::from_columns(&columns), of, times: Vec::new() }
     }
 
     /// With further functions, which belong to curves of variables beyond these.
@@ -143,7 +143,7 @@ impl Profiles {
             columns.push(DVector::from_column_slice(factors));
             of.push(Function::Smooth(curve));
         }
-        Self { functions: DMatrix::from_columns(&columns), of, time: self.time }
+        Self { functions: DMatrix::from_columns(&columns), of, times: self.times.clone() }
     }
 
     /// The smooth part of some amplitudes along a curve, at other values of its variable than those in the rows.

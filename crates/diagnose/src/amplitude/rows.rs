@@ -18,8 +18,8 @@ use coldplate_evidence::discrepancy::{DiscrepancySize, ErrorParts};
 use coldplate_evidence::measurement::whiten::Noise;
 
 /// Variance of a reading that the largest disturbance may lose where its columns are made few, as a share of that of the noise. Chosen: a
-/// hundredth of it decides nothing.
-const LOST: f64 = 0.01;
+/// twentieth of it decides nothing.
+const LOST: f64 = 0.05;
 
 /// Errors of the readings of a table, K.
 #[derive(Debug, Clone)]

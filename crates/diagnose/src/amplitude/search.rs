@@ -113,7 +113,7 @@ pub struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    /// A search; the blocks are factored once.
+    /// A search; the blocks are factored once, in logs for wandering errors `near` one where there is one.
     pub fn new(
         errors: &'a Errors,
         residual: &'a [f64],
@@ -121,10 +121,14 @@ impl<'a> Search<'a> {
         settings: &'a AmplitudeSettings,
         about: Option<About<'a>>,
         (profiles, all_profiles): (&'a Profiles, &'a Profiles),
+        near: Option<Looseness>,
     ) -> Self {
         let rows: Vec<Rows> = match &errors.log {
             None => settings.disturbances.par_iter().filter_map(|size| Rows::new(errors, *size)).collect(),
-            Some(log) => settings.wanderings.par_iter().map(|size| Rows::of_logs(errors, log, *size)).collect(),
+            Some(log) => {
+                let sizes = near.map_or_else(|| settings.wanderings.clone(), |near| near_by(&settings.wanderings, near.wandering));
+                sizes.par_iter().map(|size| Rows::of_logs(errors, log, *size)).collect()
+            }
         };
         Self { errors, residual, candidates, settings, about, profiles, all_profiles, rows }
     }
@@ -133,7 +137,7 @@ impl<'a> Search<'a> {
     pub fn with_errors_of<'b>(&'b self, fit: &'b Fit) -> Search<'b> {
         let errors = fit.errors.as_deref().unwrap_or(self.errors);
         let profiles = (self.all_profiles, self.all_profiles);
-        Search::new(errors, self.residual, self.candidates, self.settings, self.about, profiles)
+        Search::new(errors, self.residual, self.candidates, self.settings, self.about, profiles, Some(fit.looseness))
     }
 
     /// Whether amplitudes are given by coefficients: in logs.
@@ -380,6 +384,12 @@ pub struct Linear {
     pub residual: Vec<f64>,
     /// K per scale.
     pub slopes: Vec<Slope>,
+}
+
+/// A value among some, with the ones beside it.
+pub(super) fn near_by(all: &[f64], value: f64) -> Vec<f64> {
+    let at = all.iter().position(|v| *v == value).unwrap_or(0);
+    all[at.saturating_sub(1)..(at + 2).min(all.len())].to_vec()
 }
 
 fn ordered(members: &[usize]) -> Vec<usize> {

@@ -15,7 +15,8 @@ pub struct AmplitudeSettings {
     pub disturbances: Vec<f64>,
     /// Price of the disturbance in log evidence, per unit: an exponential prior of mean 5 %.
     pub disturbance_price: f64,
-    /// The same in logs, where the heat wanders with the time: sun, draught and duty that no column tells may be as large as the mean heat.
+    /// The same in logs, where the heat wanders with the time: sun, draught and duty that no column tells may be a third of
+    /// the mean heat.
     pub wandering_heats: Vec<f64>,
     /// Errors of each sensor of a log that are tried, standard deviations in K: they wander with the time, beside what is stated. A converter
     /// of a third of a kelvin, air that is not still, a mixing that a lumped node leaves out.
@@ -62,8 +63,8 @@ impl Default for AmplitudeSettings {
             spread_price: 30.0,
             disturbances: vec![0.0, 0.01, 0.03, 0.1],
             disturbance_price: 20.0,
-            wandering_heats: vec![0.0, 0.01, 0.03, 0.1, 0.3, 1.0],
-            wanderings: vec![0.0, 0.05, 0.15, 0.5],
+            wandering_heats: vec![0.0, 0.01, 0.03, 0.1, 0.3],
+            wanderings: vec![0.0, 0.05, 0.15, 0.3],
             wandering_price: 10.0,
             wandering_memory: 0.05,
             freedoms: vec![0.0, 0.15, 0.5, 1.5],

@@ -1,6 +1,7 @@
 //! Hidden effects must be found, and nothing where there is nothing. `cargo bench --bench diagnosis` runs many more.
 
 mod amplitude;
+mod amplitude_logs;
 mod attached;
 mod calibrated;
 mod common;
