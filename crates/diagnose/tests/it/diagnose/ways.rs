@@ -107,7 +107,7 @@ fn a_drift_in_the_order_of_the_rows() {
 /// A law that stands in no list is a table, which predicts what lies between the rows that were seen.
 #[test]
 fn boundary_friction_is_no_known_law() {
-    for seed in [2, 3, 5, 8, 12, 13] {
+    for seed in [2, 5, 8, 12] {
         let ok = std::panic::catch_unwind(|| friction_of(seed)).is_ok();
         println!("seed {seed} {ok}");
     }
