@@ -65,11 +65,11 @@ use coldplate_solve::study::{MachineParameter, Study};
 
 pub use amplitude::{AmplitudeSettings, PlaceAndKind, PlaceSet, Places, Way, places};
 pub use decide::{ALARM_CAUSE, ALARM_MISFIT, Certainty, Level, Verdict};
-pub use effects::{Common, Contact, Flow, Heat, Leak, Material, Radiation, Sensor, Storage, User};
 pub use effects::{
-    Axis, CommonFactor, Course, Effect, FoundLaw, Hypothesis, Law, LawForm, LawNumber, Scales, Sequence, Shown, UserKind, hypotheses, sentence,
-    under_rarer_laws,
+    Axis, CommonFactor, Course, Effect, FoundLaw, Hypothesis, Law, LawForm, LawNumber, Scales, Sequence, Shown, UserKind, hypotheses,
+    sentence, under_rarer_laws,
 };
+pub use effects::{Common, Contact, Flow, Heat, Leak, Material, Radiation, Sensor, Storage, User};
 pub use gain::{Gain, HeldOutReading};
 pub use ladder::{diagnose, settled};
 pub use missing::MissingHeat;

@@ -131,7 +131,9 @@ fn deep_nesting_and_noise_are_refused_without_a_panic() {
         assert!(parse(&format!("{deep}motor_speed_rpm"), Dimension::POWER).is_err());
     }
     let mut state = 1_u64;
-    let pieces = ["(", ")", "+", "-", "*", "/", "^", "max", "sqrt", "table(", ",", "1e", "9", ".", "min_flow", " ", "°", "é", "W", "degC", "_", "e+"];
+    let pieces = [
+        "(", ")", "+", "-", "*", "/", "^", "max", "sqrt", "table(", ",", "1e", "9", ".", "min_flow", " ", "°", "é", "W", "degC", "_", "e+",
+    ];
     for _ in 0..20_000 {
         let mut text = String::new();
         for _ in 0..12 {

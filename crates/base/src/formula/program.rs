@@ -186,8 +186,7 @@ fn tokens(text: &str) -> Result<Vec<(usize, Token)>> {
 }
 
 /// Help text on the grammar of formulas.
-const HELP: &str =
-    "a formula is made of numbers, names, + - * / ^ ( ), sqrt exp ln log10 abs sin cos tan tanh, min(a, b), max(a, b), \
+const HELP: &str = "a formula is made of numbers, names, + - * / ^ ( ), sqrt exp ln log10 abs sin cos tan tanh, min(a, b), max(a, b), \
      table(x, x0, y0, x1, y1, ...) and pi";
 
 /// The names in `text` that are not functions or constants; `text` need not be a valid formula.

@@ -194,9 +194,7 @@ impl List {
         for single in members {
             let largest = single.factors.iter().fold(0.0f64, |most, f| most.max(f.abs()));
             let varies = single.factors.iter().any(|f| (f - single.factors[0]).abs() > ALIKE * largest);
-            let is_like = |other: &Single| {
-                other.factors.iter().zip(&single.factors).all(|(a, b)| (a - b).abs() < ALIKE * largest)
-            };
+            let is_like = |other: &Single| other.factors.iter().zip(&single.factors).all(|(a, b)| (a - b).abs() < ALIKE * largest);
             if varies && largest.is_finite() && !self.singles[from..].iter().any(is_like) {
                 own.push(self.singles.len());
                 self.singles.push(single);

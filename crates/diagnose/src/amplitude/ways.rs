@@ -270,9 +270,7 @@ impl Ways<'_> {
         let found = |rule, amplitude| FoundCause { rule, number: choice.number.clone(), drift: None, amplitude };
         match &choice.means {
             Means::Constant => found(None, (amplitudes[most], deviations[most])),
-            Means::Drift { own, .. } => {
-                FoundCause { drift: Some(*own), ..found(None, (amplitudes[most], deviations[most])) }
-            }
+            Means::Drift { own, .. } => FoundCause { drift: Some(*own), ..found(None, (amplitudes[most], deviations[most])) },
             Means::Law { singles, with_constant: false, .. } if singles.len() == 1 => {
                 let own = &singles[0];
                 let at = largest(&own.factors);
@@ -405,7 +403,15 @@ fn exponent(single: &Single) -> f64 {
 /// The number of a power.
 fn number(value: f64, spread: f64, share: f64) -> LawNumber {
     let half = TWO_SIDED_90 * spread.max(0.005);
-    LawNumber { name: "exponent", value, low: value - half, high: value + half, unit: "1", share: share.min(1.0), deviation: 100.0 * spread }
+    LawNumber {
+        name: "exponent",
+        value,
+        low: value - half,
+        high: value + half,
+        unit: "1",
+        share: share.min(1.0),
+        deviation: 100.0 * spread,
+    }
 }
 
 /// Standard deviation of numbers whose log evidence is given.

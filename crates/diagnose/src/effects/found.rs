@@ -215,7 +215,10 @@ impl Sequence {
                 format!("with hysteresis: on once {} was above {high}, off once it was below {low}, in the order of the rows", axis.shown)
             }
             Self::Fallen(axis) => {
-                format!("with hysteresis: this much more where {0} has fallen since the row before, as much less where {0} has risen", axis.shown)
+                format!(
+                    "with hysteresis: this much more where {0} has fallen since the row before, as much less where {0} has risen",
+                    axis.shown
+                )
             }
             Self::Play(axis, play) => {
                 format!("with hysteresis: as {} with a play of {} to either side lags behind it", axis.shown, axis.number(*play))

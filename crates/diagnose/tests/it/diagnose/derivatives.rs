@@ -97,8 +97,9 @@ impl Case {
         if lines(step)?.is_none() {
             return Ok(None);
         }
-        let at =
-            |amplitude: f64| -> Result<Vec<f64>> { Ok(h.read(scales, &self.data, &self.run(&lines(amplitude)?.unwrap_or_default())?, amplitude)) };
+        let at = |amplitude: f64| -> Result<Vec<f64>> {
+            Ok(h.read(scales, &self.data, &self.run(&lines(amplitude)?.unwrap_or_default())?, amplitude))
+        };
         let slope = |(more, less): (&Vec<f64>, &Vec<f64>), width: f64| -> Vec<f64> {
             more.iter().zip(less).map(|(a, b)| (a - b) / width).collect()
         };
