@@ -396,6 +396,7 @@ impl Functions {
 
 #[cfg(test)]
 mod tests {
+    use super::super::profiles::{LENGTHS, near};
     use super::super::rows::Errors;
     use super::*;
 
@@ -461,7 +462,7 @@ mod tests {
             // The kernel of a smooth function less its means, as the definition has it.
             let x: [f64; 3] = [0.0, 1.0, 3.0];
             let deviation = (x.iter().map(|x| (x - 4.0 / 3.0).powi(2)).sum::<f64>() / 3.0).sqrt();
-            let kernel = DMatrix::from_fn(3, 3, |i, j| (-0.5 * ((x[i] - x[j]) / deviation).powi(2)).exp());
+            let kernel = DMatrix::from_fn(3, 3, |i, j| near((x[i] - x[j]) / (LENGTHS[0] * deviation)));
             let centre = DMatrix::identity(3, 3) - DMatrix::from_element(3, 3, 1.0 / 3.0);
             let kernel = &centre * kernel * &centre;
             let prior = |f: &Freedom| {
