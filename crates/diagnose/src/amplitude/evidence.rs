@@ -8,6 +8,7 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
+use super::others::Others;
 use super::profiles::{Curve, Profiles};
 use super::rows::Rows;
 
@@ -246,27 +247,32 @@ impl Posterior<'_> {
         self.prior(cause) - with.tr_mul(&self.solve(&with))
     }
 
+    /// What the readings say of each other.
+    pub fn others(&self) -> Others {
+        let (explained, rows) = (self.explained, self.explained.rows);
+        let lower = self.factor.l();
+        // The columns of the metric times the inverse of the upper factor of their matrix.
+        let mut across = self.metric.transpose();
+        lower.solve_lower_triangular_mut(&mut across);
+        let across = rows.unwhiten(&across.transpose());
+        let of = |(row, range): (usize, &std::ops::Range<usize>)| {
+            let x = explained.columns.rows_range(range.clone());
+            let (taken, _) = explained.taken(row, &self.freedoms);
+            rows.unwhiten_row(row, DMatrix::identity(range.len(), range.len()) - x * taken * x.transpose())
+        };
+        let blocks = rows.ranges.iter().enumerate().map(of).collect();
+        let pull = rows.unwhiten(&DMatrix::from_columns(std::slice::from_ref(&self.pull))).column(0).into_owned();
+        Others { ranges: rows.ranges.clone(), blocks, across, pull }
+    }
+
     /// Logarithm of the density of each row's readings, given all other rows, without the constant of the number of readings.
     pub fn kept_out(&self) -> Vec<f64> {
-        let rows = self.explained.rows;
-        let inverse = self.factor.inverse();
-        let of = |(row, range): (usize, &std::ops::Range<usize>)| {
-            let size = range.len();
-            let metric = self.metric.rows_range(range.clone());
-            let own = DMatrix::identity(size, size);
-            let x = self.explained.columns.rows_range(range.clone());
-            let (taken, _) = self.explained.taken(row, &self.freedoms);
-            let block = own - x * taken * x.transpose() - metric * &inverse * metric.transpose();
-            let pull = self.pull.rows_range(range.clone());
-            match Cholesky::new(block) {
-                Some(factor) => {
-                    let log = factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
-                    -0.5 * pull.dot(&factor.solve(&pull)) + log - rows.log_of_row(row)
-                }
-                None => f64::NEG_INFINITY,
-            }
+        let others = self.others();
+        let of = |range: &std::ops::Range<usize>| {
+            let readings: Vec<usize> = range.clone().collect();
+            others.predict(&readings).map_or(f64::NEG_INFINITY, |own| own.log_density)
         };
-        rows.ranges.iter().enumerate().map(of).collect()
+        others.ranges.iter().map(of).collect()
     }
 }
 
@@ -288,6 +294,7 @@ mod tests {
             numbers: vec![wave(4), wave(5)],
             heats: vec![wave(6), wave(7)],
             row_of,
+            aside: Vec::new(),
         };
         (errors, wave(8), vec![wave(9), wave(10)])
     }

@@ -4,10 +4,13 @@
 //! and a kind fit, whatever law governs them; the amplitudes that come out are the law, as a curve.
 
 mod evidence;
+mod gross;
+mod others;
 mod profiles;
 mod response;
 mod rows;
 mod search;
+mod sets;
 mod settings;
 
 use rayon::prelude::*;
@@ -22,6 +25,8 @@ use coldplate_base::progress::Progress;
 use coldplate_evidence::measurement::{ReadingRow, whiten};
 use coldplate_network::Load;
 use evidence::Explained;
+pub use gross::Aside;
+use gross::Gross;
 use response::{Answer, Response};
 use rows::Errors;
 use search::{Candidate, Fit, Search};
@@ -29,10 +34,6 @@ pub use settings::AmplitudeSettings;
 
 /// Amplitudes at which the machine is solved for each cause that bends, in units of its scale.
 const KNOTS: [f64; 6] = [-5.0, -2.5, -1.0, 1.0, 2.5, 5.0];
-/// Places of one set at most.
-const MOST_PLACES: usize = 4;
-/// Sets of each size that are fitted about the machine with the set in force.
-const REFINED: usize = 10;
 /// Sets that are reported.
 const MOST_SETS: usize = 12;
 
@@ -79,6 +80,8 @@ pub struct PlaceSet {
     pub spread: f64,
     /// The disturbance, as a share of the machine's mean heat.
     pub disturbance: f64,
+    /// Readings, rows and sensors that it calls grossly wrong.
+    pub aside: Vec<Aside>,
 }
 
 /// Places and kinds that a table of readings asks for.
@@ -137,21 +140,9 @@ pub fn places(problem: &Problem, settings: &AmplitudeSettings, progress: &dyn Pr
     let (names, variables): (Vec<String>, Vec<Vec<f64>>) = own.chain([order]).filter(varies).unzip();
     let numbers_with = |m: usize, a: f64| numbers_with(&predictor, &base, visible[m].0, a * visible[m].0.scale);
     let search = Search::new(&errors, &base.found.residual, &candidates, settings, (&together, &numbers_with), &variables);
-    let nothing = search.nothing();
-    progress.say("places and kinds alone");
-    let mut all = refined(&search, search.singles(&nothing));
-    let mut last = all.clone();
-    for count in 2..=MOST_PLACES {
-        let best = all.first().map_or(f64::NEG_INFINITY, Fit::log_posterior);
-        progress.say(&format!("sets of {count}"));
-        last = refined(&search, search.grown(&last));
-        let is_better = last.first().is_some_and(|first| first.log_posterior() > best);
-        all.extend(last.iter().cloned());
-        if !is_better {
-            break;
-        }
-    }
-    all.sort_by(|a, b| b.log_posterior().total_cmp(&a.log_posterior()));
+    let in_data = whiten::places(data);
+    let gross = Gross::new(&search, &in_data);
+    let (nothing, mut all) = sets::fitted(&search, &gross, progress);
     let tried = candidates.len();
     let most = all.iter().map(Fit::log_posterior).fold(nothing.log_posterior(), f64::max);
     let whole: f64 = all.iter().chain([&nothing]).map(|fit| (fit.log_posterior() - most).exp()).sum();
@@ -174,11 +165,12 @@ pub fn places(problem: &Problem, settings: &AmplitudeSettings, progress: &dyn Pr
         PlaceSet {
             ways: vec![as_means(&members)],
             members,
-            lead: fit.log_evidence - nothing.log_evidence,
+            lead: fit.log_mixture() - nothing.log_mixture(),
             probability: (fit.log_posterior() - most).exp() / whole,
             kept_out: sum_and_error(&gains),
             spread: fit.looseness.spread,
             disturbance: fit.looseness.disturbance,
+            aside: gross.aside(fit),
         }
     };
     all.push(nothing.clone());
@@ -192,14 +184,6 @@ fn as_means(members: &[PlaceAndKind]) -> Way {
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
     let cause = |m: &PlaceAndKind| Cause::new(m.hypothesis.clone(), mean(&m.amplitudes), mean(&m.deviations));
     Way { causes: members.iter().map(cause).collect(), probability: 1.0, is_writable: true }
-}
-
-/// The best of some fits about the machine with their sets in force, most probable first.
-fn refined(search: &Search<'_>, mut fits: Vec<Fit>) -> Vec<Fit> {
-    let rest = fits.split_off(fits.len().min(REFINED));
-    let mut all: Vec<Fit> = fits.into_par_iter().map(|fit| search.refined(fit)).chain(rest).collect();
-    all.sort_by(|a, b| b.log_posterior().total_cmp(&a.log_posterior()));
-    all
 }
 
 /// Change of the readings with the logarithm of each number of the machine (K) with a cause in force at an amplitude.
@@ -278,6 +262,7 @@ fn errors(problem: &Problem, base: &Comparison, catalogue: &[Hypothesis]) -> Err
         stated: base.errors.shared(),
         numbers: base.errors.numbers().to_vec(),
         heats: of_heat.map(|(_, column)| column.iter().map(|c| c * mean).collect()).collect(),
+        aside: Vec::new(),
     }
 }
 

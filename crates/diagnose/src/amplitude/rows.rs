@@ -20,6 +20,8 @@ pub struct Errors {
     pub numbers: Vec<Vec<f64>>,
     /// Change of every reading with a heat in each part as large as the machine's mean heat, K: the disturbance has its own in every row.
     pub heats: Vec<Vec<f64>>,
+    /// Readings that are grossly wrong, rising: their noise is wide, and their residual says nothing.
+    pub aside: Vec<usize>,
 }
 
 /// The size of what is learnt about a model that has no cause.
@@ -117,9 +119,24 @@ impl Rows {
         &self.gram
     }
 
-    /// Logarithm of the determinant of the root of a row's block, K for each reading.
-    pub fn log_of_row(&self, row: usize) -> f64 {
-        self.factors[row].l_dirty().diagonal().iter().map(|d| d.ln()).sum()
+    /// Columns that are whitened by the blocks of all rows, multiplied by the transposed root of the inverse of these: S⁻¹ of columns is this
+    /// of their whitened ones.
+    pub fn unwhiten(&self, whitened: &DMatrix<f64>) -> DMatrix<f64> {
+        let mut found = whitened.clone();
+        for (range, factor) in self.ranges.iter().zip(&self.factors) {
+            let mut own = found.rows_range_mut(range.clone());
+            factor.l_dirty().tr_solve_lower_triangular_mut(&mut own);
+        }
+        found
+    }
+
+    /// A whitened precision of a row's readings as that of the readings themselves, 1/K².
+    pub fn unwhiten_row(&self, row: usize, mut precision: DMatrix<f64>) -> DMatrix<f64> {
+        let factor = self.factors[row].l_dirty();
+        factor.tr_solve_lower_triangular_mut(&mut precision);
+        precision.transpose_mut();
+        factor.tr_solve_lower_triangular_mut(&mut precision);
+        precision
     }
 
     /// Logarithm of the determinant of all blocks, K² for each reading.

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::evidence::{Explained, Freedom};
+use super::gross::{Wrong, log_odds};
 use super::profiles::{Curve, LENGTHS, Profiles};
 use super::response::Answer;
 use super::rows::{Errors, Looseness, Rows};
@@ -53,12 +54,19 @@ pub struct Fit {
     pub stands: bool,
     /// Errors about the machine with the set in force, where they were found.
     pub errors: Option<Arc<Errors>>,
+    /// Parts of the table that it calls grossly wrong.
+    pub aside: Vec<Wrong>,
 }
 
 impl Fit {
+    /// Logarithm of the evidence with the price of what is set aside.
+    pub fn log_mixture(&self) -> f64 {
+        self.log_evidence + log_odds(&self.aside)
+    }
+
     /// Logarithm of the posterior, not normalised.
     pub fn log_posterior(&self) -> f64 {
-        self.log_evidence + self.log_prior
+        self.log_mixture() + self.log_prior
     }
 }
 
@@ -103,18 +111,26 @@ impl<'a> Search<'a> {
         Self { errors, residual, candidates, settings, together, numbers_with, profiles, variables, rows }
     }
 
-    /// This search with the errors of a fit, in which amplitudes may follow curves.
-    pub fn with_errors_of<'b>(&'b self, fit: &'b Fit) -> Search<'b> {
+    /// This search with the errors of a fit.
+    pub fn beside<'b>(&'b self, fit: &'b Fit) -> Search<'b> {
         let errors = fit.errors.as_deref().unwrap_or(self.errors);
         let changes = (self.together, self.numbers_with);
-        let found = Search::new(errors, self.residual, self.candidates, self.settings, changes, self.variables);
-        Search { profiles: Profiles::smooth(self.row_count(), self.variables), ..found }
+        Search::new(errors, self.residual, self.candidates, self.settings, changes, self.variables)
+    }
+
+    /// This search with the errors of a fit, in which amplitudes may follow curves.
+    pub fn with_errors_of<'b>(&'b self, fit: &'b Fit) -> Search<'b> {
+        Search { profiles: Profiles::smooth(self.row_count(), self.variables), ..self.beside(fit) }
     }
 
     /// A fit about the machine with its set in force: with a heat that the model lacks, one per cent of a conductance is more kelvin than
     /// without. To first order each number's column grows in every row with the amplitude there.
     pub fn refined(&self, fit: Fit) -> Fit {
         let mut errors = self.errors.clone();
+        if let Some(own) = &fit.errors {
+            // What it calls wrong stays so.
+            (errors.noise, errors.aside) = (own.noise.clone(), own.aside.clone());
+        }
         for (m, own) in fit.members.iter().zip(&fit.amplitudes) {
             let mean = own.iter().sum::<f64>() / own.len().max(1) as f64;
             let size = (own.iter().map(|a| a * a).sum::<f64>() / own.len().max(1) as f64).sqrt().copysign(mean);
@@ -174,6 +190,7 @@ impl<'a> Search<'a> {
             log_prior: self.log_prior(&[]),
             stands: true,
             errors: None,
+            aside: Vec::new(),
         }
     }
 
@@ -191,6 +208,7 @@ impl<'a> Search<'a> {
             }
             columns.push(slope);
         }
+        self.errors.aside.iter().for_each(|i| residual[*i] = 0.0);
         Linear { residual, columns }
     }
 
@@ -367,8 +385,8 @@ impl<'a> Search<'a> {
             if best.as_ref().is_none_or(|best| log_evidence > best.log_evidence) {
                 let log_prior = self.log_prior(&members);
                 let members = members.clone();
-                let errors = fit.errors.clone();
-                best = Some(Fit { members, freedoms: found, looseness, amplitudes, log_evidence, log_prior, stands: false, errors });
+                let (errors, aside) = (fit.errors.clone(), fit.aside.clone());
+                best = Some(Fit { members, freedoms: found, looseness, amplitudes, log_evidence, log_prior, stands: false, errors, aside });
             }
         }
         best

@@ -22,6 +22,17 @@ pub struct AmplitudeSettings {
     pub choice_price: f64,
     /// Causes that a machine with a misfit has, expected number: the prior of a set of k is that of a Poisson count.
     pub expected_causes: f64,
+    /// Probability that a reading is grossly wrong. Chosen between those of typed numbers, of which one in two hundred is wrong, and of
+    /// numbers that a logger writes.
+    pub wrong_reading: f64,
+    /// Probability that a row is wrong as a whole: taken in another state than is stated, or shifted. Chosen: three in a thousand.
+    pub wrong_row: f64,
+    /// Probability that a sensor is wrong as a whole: broken, or fallen off. Chosen: one in a hundred.
+    pub wrong_sensor: f64,
+    /// Range in which a grossly wrong reading lies anywhere, K (um of displacements): what thermometers about machines show.
+    pub wrong_range: f64,
+    /// Share of the readings that may be wrong at most. Chosen: with more, a table cannot say which.
+    pub most_wrong: f64,
 }
 
 impl Default for AmplitudeSettings {
@@ -35,6 +46,11 @@ impl Default for AmplitudeSettings {
             sizes: vec![1.0, 3.0],
             choice_price: 1.0,
             expected_causes: 0.7,
+            wrong_reading: 1e-3,
+            wrong_row: 3e-3,
+            wrong_sensor: 1e-2,
+            wrong_range: 100.0,
+            most_wrong: 0.25,
         }
     }
 }

@@ -157,15 +157,19 @@ const NOISE: f64 = 0.05;
 const RPM: f64 = std::f64::consts::TAU / 60.0;
 
 /// What is at hand in one row: motor speed in rpm, hours, position in mm, the number of the row.
-struct Row {
-    rpm: f64,
-    hours: f64,
-    position: f64,
-    number: usize,
+pub(super) struct Row {
+    pub rpm: f64,
+    pub hours: f64,
+    pub position: f64,
+    pub number: usize,
 }
 
 /// Makes a table of 16 rows from a machine whose file is edited row by row, with numbers off by 1 %, and readings that are changed at last.
-fn table(seed: u64, edits: impl Fn(&Row) -> Vec<(String, String)>, read: impl Fn(&Row, &mut Vec<f64>, f64)) -> (Problem, Vec<Row>) {
+pub(super) fn table(
+    seed: u64,
+    edits: impl Fn(&Row) -> Vec<(String, String)>,
+    read: impl Fn(&Row, &mut Vec<f64>, f64),
+) -> (Problem, Vec<Row>) {
     let machine = Document::parse(HEAD, "head.toml").unwrap();
     let study = Study::new(machine.clone(), None).unwrap();
     let mut random = Random::new(seed);
@@ -240,19 +244,20 @@ fn table(seed: u64, edits: impl Fn(&Row) -> Vec<(String, String)>, read: impl Fn
 }
 
 /// The set in front, told for who reads a failure.
-fn front(name: &str, problem: &Problem) -> PlaceSet {
+pub(super) fn front(name: &str, problem: &Problem) -> PlaceSet {
     let found = places(problem, &AmplitudeSettings::default(), &Silent).unwrap();
     for set in found.sets.iter().take(3) {
         let of = |own: &PlaceAndKind| {
             format!("{} over {:?}, free {}: {:.2?}", own.hypothesis.kind_and_place(), own.over, own.is_free, own.amplitudes)
         };
-        println!("{name}: {:.3} lead {:.1}; {:?}", set.probability, set.lead, set.members.iter().map(of).collect::<Vec<_>>());
+        let members: Vec<String> = set.members.iter().map(of).collect();
+        println!("{name}: {:.3} lead {:.1}; {members:?}; aside {:?}", set.probability, set.lead, set.aside);
     }
     found.sets[0].clone()
 }
 
 /// Whether a set has one cause of a kind at a place, and nothing else.
-fn only<'a>(set: &'a PlaceSet, kind: &str, place: &str) -> &'a PlaceAndKind {
+pub(super) fn only<'a>(set: &'a PlaceSet, kind: &str, place: &str) -> &'a PlaceAndKind {
     let [own] = &set.members[..] else { panic!("{} causes", set.members.len()) };
     assert_eq!((own.hypothesis.kind(), own.hypothesis.place.as_str()), (kind, place));
     own
@@ -262,11 +267,11 @@ fn line(key: &str, value: String) -> Vec<(String, String)> {
     vec![(key.into(), format!("\"{value}\""))]
 }
 
-fn stribeck(row: &Row) -> f64 {
+pub(super) fn stribeck(row: &Row) -> f64 {
     60.0 * (-row.rpm / 900.0).exp()
 }
 
-fn friction(row: &Row) -> Vec<(String, String)> {
+pub(super) fn friction(row: &Row) -> Vec<(String, String)> {
     line("source.front.power", format!("{} W", 0.025 * row.rpm + stribeck(row)))
 }
 
@@ -275,7 +280,7 @@ fn jammed(row: &Row) -> Vec<(String, String)> {
     line("contact.screw_nut.total_conductance", format!("{} W/K", if row.position > 200.0 { 1.5 } else { 5.0 }))
 }
 
-const AS_IT_IS: fn(&Row, &mut Vec<f64>, f64) = |_, _, _| {};
+pub(super) const AS_IT_IS: fn(&Row, &mut Vec<f64>, f64) = |_, _, _| {};
 
 /// Numbers that are off by 1 % are no cause.
 #[test]

@@ -8,6 +8,7 @@ mod common;
 mod derivatives;
 mod faults;
 mod gas;
+mod gross;
 mod hidden;
 mod history;
 mod kinds;
