@@ -82,8 +82,8 @@ impl<'a> Attached<'a> {
         let Some((first, field)) = distinct.first().zip(self.fields.first()) else { return Ok(Vec::new()) };
         let at = Derivatives::at(self.study, first, field)?;
         let rise = |s: &usize| -> Result<Vec<f64>> {
-            let gain = self.study.model.machine.sensors[*s].shows.gain;
-            Ok(at.adjoint(DerivativeTarget::Sensor(*s))?.field.into_iter().map(|rise| gain * rise).collect())
+            let shown = self.study.model.machine.sensors[*s].shows.of_place();
+            Ok(at.adjoint(DerivativeTarget::Sensor(*s))?.field.into_iter().map(|rise| shown * rise).collect())
         };
         self.data.sensors.par_iter().map(rise).collect()
     }

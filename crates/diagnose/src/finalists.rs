@@ -351,7 +351,7 @@ impl Finalists<'_> {
             }
             let values = &found.prediction.values;
             let moved: Vec<f64> = values.iter().zip(column).map(|(v, c)| v + c).collect();
-            let read = |v: &[f64]| h.read(&problem.data, v, fitted.amplitudes[0]);
+            let read = |v: &[f64]| h.read(&problem.study.model.machine, &problem.data, v, fitted.amplitudes[0]);
             read(&moved).iter().zip(read(values)).map(|(a, b)| a - b).collect()
         };
         let mut columns: Vec<Vec<f64>> = found.columns.iter().zip(&again).map(|(column, other)| shown(column, other)).collect();

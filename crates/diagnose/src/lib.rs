@@ -65,7 +65,7 @@ use coldplate_solve::study::{MachineParameter, Study};
 
 pub use amplitude::{AmplitudeSettings, Aside, PlaceAndKind, PlaceSet, Places, Way, places};
 pub use decide::{ALARM_CAUSE, ALARM_MISFIT, Certainty, Level, Verdict};
-pub use effects::{Common, Contact, Flow, Heat, Leak, Material, Radiation, Sensor, Storage, User};
+pub use effects::{Common, Contact, Flow, Heat, Leak, Material, Radiation, Sensor, Storage, User, Variable};
 pub use effects::{
     CommonFactor, Effect, Hypothesis, Law, LawForm, LawNumber, Scales, Shown, UserKind, hypotheses, sentence, under_rarer_laws,
 };

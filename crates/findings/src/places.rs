@@ -2,12 +2,12 @@
 
 use serde::Serialize;
 
-use super::Findings;
 use super::estimate::EstimateRecord;
 use coldplate_base::error::Result;
 use coldplate_base::numbers::significant;
 use coldplate_base::progress::Progress;
-use coldplate_diagnose::{AmplitudeSettings, Cause, PlaceAndKind, Places, places};
+use coldplate_base::units::Measurand;
+use coldplate_diagnose::{AmplitudeSettings, Aside, Cause, PlaceAndKind, Places, Problem, places};
 
 /// Sets that are told in text.
 const TOLD: usize = 3;
@@ -42,6 +42,25 @@ pub struct PlaceSetRecord {
     pub numbers: f64,
     /// Heat in every part, new in every row, beside it: standard deviation as a share of the machine's mean heat.
     pub disturbance: f64,
+    /// Readings, rows and sensors that it calls grossly wrong.
+    pub set_aside: Vec<AsideRecord>,
+}
+
+/// A part of the table that a set calls grossly wrong: a reading, a whole row or a whole sensor.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)]
+pub struct AsideRecord {
+    /// Row by its name; none for a whole sensor.
+    pub test: Option<String>,
+    /// Line of the file.
+    pub line: Option<usize>,
+    /// Sensor; none for a whole row.
+    pub sensor: Option<String>,
+    /// Reading less what all that is not set aside says of it; of a row or sensor the root mean square.
+    pub off: f64,
+    pub unit: &'static str,
+    /// Value of a sensor that shows one throughout, degC (or um).
+    pub stuck_at: Option<f64>,
 }
 
 /// A place and a kind with its amplitude in every row.
@@ -65,12 +84,12 @@ pub struct RowAmplitudeRecord {
     pub amplitude: EstimateRecord,
 }
 
-/// Finds the places and kinds of a diagnosis by their amplitudes alone.
+/// Finds places and kinds by their amplitudes alone.
 ///
 /// # Errors
 /// Errors of [`places`].
-pub fn by_amplitude(found: &Findings<'_>, progress: &dyn Progress) -> Result<Places> {
-    places(&found.problem, &AmplitudeSettings::default(), progress)
+pub fn by_amplitude(problem: &Problem, progress: &dyn Progress) -> Result<Places> {
+    places(problem, &AmplitudeSettings::default(), progress)
 }
 
 /// The number of a place and kind in each row, as readers count it.
@@ -83,8 +102,8 @@ fn in_rows(own: &PlaceAndKind) -> Vec<EstimateRecord> {
 }
 
 /// For outside programs.
-pub fn record(found: &Findings<'_>, places: &Places) -> PlacesRecord {
-    let tests: Vec<&str> = found.problem.data.rows.iter().filter(|row| row.has_readings()).map(|row| row.test.as_str()).collect();
+pub fn record(problem: &Problem, places: &Places) -> PlacesRecord {
+    let tests: Vec<&str> = problem.data.rows.iter().filter(|row| row.has_readings()).map(|row| row.test.as_str()).collect();
     let place = |own: &PlaceAndKind| PlaceRecord {
         kind: own.hypothesis.kind().into(),
         place: own.hypothesis.place.clone(),
@@ -100,8 +119,46 @@ pub fn record(found: &Findings<'_>, places: &Places) -> PlacesRecord {
         standard_error: set.kept_out.1,
         numbers: set.spread,
         disturbance: set.disturbance,
+        set_aside: set.aside.iter().map(|own| aside_record(problem, own)).collect(),
     });
     PlacesRecord { tried: places.tried, sets: sets.collect(), settings: AmplitudeSettings::default() }
+}
+
+/// A part that is set aside, for outside programs.
+fn aside_record(problem: &Problem, own: &Aside) -> AsideRecord {
+    let data = &problem.data;
+    let row = own.row.map(|r| &data.rows[r]);
+    let measurands = data.measurands(&problem.study.model.machine);
+    // A row may have readings of both kinds; most have temperatures alone.
+    let measurand = own.sensor.map_or(Measurand::Temperature, |k| measurands[k]);
+    AsideRecord {
+        test: row.map(|row| row.test.clone()),
+        line: row.and_then(|row| row.line),
+        sensor: own.sensor.map(|k| data.names[k].clone()),
+        off: own.off,
+        unit: measurand.unit_of_differences(),
+        stuck_at: own.stuck_at.map(|value| measurand.shown(value)),
+    }
+}
+
+/// A part that is set aside, in words.
+fn aside_in_words(own: &AsideRecord) -> String {
+    let (off, unit) = (significant(own.off.abs(), 3), own.unit);
+    let line = own.line.map_or(String::new(), |line| format!(" (line {line})"));
+    match (&own.test, &own.sensor, own.stuck_at) {
+        (Some(test), Some(sensor), _) => {
+            let more = if own.off > 0.0 { "more" } else { "less" };
+            format!("the reading of {sensor} in {test}{line}: {off} {unit} {more} than the others say")
+        }
+        (Some(test), None, _) => format!("all readings of {test}{line}: {off} {unit} from what the other rows say"),
+        (None, sensor, Some(value)) => {
+            let shown = if unit == "K" { "degC" } else { unit };
+            format!("the sensor {}: stuck at {} {shown}", sensor.as_deref().unwrap_or_default(), significant(value, 4))
+        }
+        (None, sensor, None) => {
+            format!("the sensor {}: {off} {unit} from what the others say", sensor.as_deref().unwrap_or_default())
+        }
+    }
 }
 
 /// How an amplitude runs over the rows, in words.
@@ -115,13 +172,16 @@ fn run_in_words(own: &PlaceAndKind) -> String {
 }
 
 /// For readers: the first sets, and the amplitude of the first one's causes in every row as lines of a table.
-pub fn text(found: &Findings<'_>, places: &Places, table: impl Fn(&[&str], &[Vec<String>]) -> String) -> String {
+pub fn text(problem: &Problem, places: &Places, table: impl Fn(&[&str], &[Vec<String>]) -> String) -> String {
     let mut text = format!("\nby amplitude alone, free in every row ({} places and kinds):\n", places.tried);
     for (i, set) in places.sets.iter().take(TOLD).enumerate().filter(|(i, set)| *i == 0 || set.probability > LEAST_TOLD) {
         let words: Vec<String> =
             set.members.iter().map(|own| format!("{}, {}", own.hypothesis.kind_and_place(), run_in_words(own))).collect();
         let words = if words.is_empty() { "nothing".into() } else { words.join("; ") };
         text += &format!("  {:.3}  {words}\n", set.probability);
+        for own in &set.aside {
+            text += &format!("         set aside: {}\n", aside_in_words(&aside_record(problem, own)));
+        }
         if i == 0 && !set.members.is_empty() {
             let (sum, error) = set.kept_out;
             text += &format!(
@@ -132,7 +192,7 @@ pub fn text(found: &Findings<'_>, places: &Places, table: impl Fn(&[&str], &[Vec
         }
     }
     let Some(first) = places.sets.first().filter(|set| !set.members.is_empty()) else { return text };
-    let tests = found.problem.data.rows.iter().filter(|row| row.has_readings()).map(|row| row.test.clone());
+    let tests = problem.data.rows.iter().filter(|row| row.has_readings()).map(|row| row.test.clone());
     let columns: Vec<Vec<EstimateRecord>> = first.members.iter().map(in_rows).collect();
     let cell = |own: &EstimateRecord| {
         let unit = if own.unit == "1" { String::new() } else { format!(" {}", own.unit) };

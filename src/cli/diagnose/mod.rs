@@ -10,7 +10,7 @@ use super::output::{self, Output};
 use super::text::table;
 use coldplate_base::atomic_file;
 use coldplate_base::error::{Error, Result};
-use coldplate_diagnose::Problem;
+use coldplate_diagnose::{Places, Problem};
 use coldplate_evidence::command_input;
 use coldplate_figures::chart::draw_as;
 use coldplate_figures::chart::output::check_name;
@@ -123,6 +123,12 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     if let Some(path) = &args.costs {
         problem.costs = costs(path)?;
     }
+    // Amplitudes find by themselves which readings are wrong.
+    let whole = args.amplitudes.then(|| problem.clone().timed()).transpose()?;
+    let whole = match whole {
+        Some(whole) if !args.readings.hold_out.is_empty() => Some(whole.holding_out(&args.readings.hold_out)?.0),
+        whole => whole,
+    };
     if !args.keep_all {
         problem = problem.cleared()?;
     }
@@ -162,14 +168,18 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         (Some(path), None) => out.note(&format!("note: {} is not drawn: no cause was added to the machine", path.display())),
         (None, _) => {}
     }
-    let amplitudes = args.amplitudes.then(|| places::by_amplitude(&found, &out.progress())).transpose()?;
+    let find = |whole: Problem| -> Result<(Problem, Places)> {
+        let found = places::by_amplitude(&whole, &out.progress())?;
+        Ok((whole, found))
+    };
+    let amplitudes = whole.map(find).transpose()?;
     let held_out = divided.map(|divided| found.held_out(&divided)).transpose()?;
     let machine = &found.problem.study.model.machine;
     let untouched = held_out.as_ref().map_or(String::new(), |own| measured::not_used(own, machine));
     let mut record = found.record();
     record.held_out = held_out.map(|own| own.record(machine));
-    record.amplitudes = amplitudes.as_ref().map(|own| places::record(&found, own));
-    let curves = amplitudes.as_ref().map_or(String::new(), |own| places::text(&found, own, table));
+    record.amplitudes = amplitudes.as_ref().map(|(whole, own)| places::record(whole, own));
+    let curves = amplitudes.as_ref().map_or(String::new(), |(whole, own)| places::text(whole, own, table));
     let failed: String = found.failed.iter().map(|sentence| format!("FAILED: {sentence}\n")).collect();
     out.report(&(text::text(&found) + &curves + &untouched + &failed), &record);
     // The answer stands; a step behind it that broke down is a failure of the numerics all the same.

@@ -72,6 +72,23 @@ fn a_heat_by_no_known_law_is_found_with_its_curve() {
     assert!(text.contains("by amplitude alone") && text.contains("heat source at nut"), "{text}");
 }
 
+/// A number that was typed wrong is named with its line, and the cause beside it is found.
+#[test]
+fn a_reading_that_is_grossly_wrong_is_set_aside() {
+    let folder = scratch("amplitudes-gross");
+    let wrong = rows().replace("t5,1900,20,", "t5,1900,20,1");
+    let (machine, table) = (write(&folder, "masses.toml", MACHINE), write(&folder, "rows.csv", wrong));
+    let found = json(&coldplate(&["diagnose", &machine, &table, "--amplitudes", "--json", "--quiet", "--keep-all"]));
+    let first = &found["amplitudes"]["sets"][0];
+    let own = &first["set_aside"][0];
+    assert_eq!((&own["test"], &own["sensor"], &own["line"]), (&"t5".into(), &"motor".into(), &7.into()), "{first}");
+    assert!((own["off"].as_f64().unwrap() - 100.0).abs() < 1.0, "{first}");
+    assert_eq!((&first["causes"][0]["kind"], &first["causes"][0]["place"]), (&"heat source".into(), &"nut".into()), "{first}");
+    let text = coldplate(&["diagnose", &machine, &table, "--amplitudes", "--quiet", "--keep-all"]);
+    let text = String::from_utf8_lossy(&text.stdout).into_owned();
+    assert!(text.contains("set aside: the reading of motor in t5 (line 7): 100 K more than the others say"), "{text}");
+}
+
 #[test]
 fn logs_are_refused_before_any_work() {
     let folder = scratch("amplitudes-log");

@@ -4,7 +4,7 @@
 //! a sensor as a whole. Of the mixture's terms the largest one counts, found within every hypothesis: the part whose density given all other
 //! readings is lowest is set aside, the set is fitted anew, and so on while its posterior grows. What is set aside pays ln ρ and the density
 //! 1 / R of each reading, so that a part is dropped only where no cause explains it better at its own price. A part that a later set explains
-//! is taken back by the same rule.
+//! is taken back by the same rule. A sensor that is stuck has one value anywhere in the range, and its noise about that.
 
 use std::sync::Arc;
 
@@ -12,6 +12,7 @@ use super::evidence::Explained;
 use super::others::{Others, Predicted};
 use super::search::{Fit, Search};
 use super::settings::AmplitudeSettings;
+use coldplate_evidence::measurement::{Data, whiten};
 
 /// A part of the table that can be wrong at once.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -24,11 +25,14 @@ pub enum Part {
     Sensor(usize),
 }
 
-/// A part that is set aside, with the logarithm of its prior odds.
+/// A part that is set aside.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wrong {
     pub part: Part,
+    /// Logarithm of its prior odds, and of the density of its readings where they are one value over that anywhere in the range.
     pub log_odds: f64,
+    /// The one value of a sensor that is stuck, K.
+    pub stuck_at: Option<f64>,
 }
 
 /// Part of a table that one set of causes calls wrong: one reading, or all of a row, or all of a sensor.
@@ -40,19 +44,23 @@ pub struct Aside {
     pub sensor: Option<usize>,
     /// Reading less what all that is not set aside says of it, K (or um); of a whole row or sensor the root mean square.
     pub off: f64,
+    /// Value of a sensor that shows one throughout, K (or um).
+    pub stuck_at: Option<f64>,
 }
 
 /// A table in which parts may be wrong.
 pub struct Gross<'a> {
     search: &'a Search<'a>,
     /// Row and column of each reading in the data.
-    places: &'a [(usize, usize)],
+    places: Vec<(usize, usize)>,
+    /// Every reading, K.
+    values: Vec<f64>,
 }
 
 impl<'a> Gross<'a> {
-    /// Of a search, with the row and column of each of its readings in the data.
-    pub fn new(search: &'a Search<'a>, places: &'a [(usize, usize)]) -> Self {
-        Self { search, places }
+    /// Of a search in some data.
+    pub fn new(search: &'a Search<'a>, data: &Data) -> Self {
+        Self { search, places: whiten::places(data), values: whiten::readings(data) }
     }
 
     fn settings(&self) -> &AmplitudeSettings {
@@ -80,14 +88,27 @@ impl<'a> Gross<'a> {
     /// All parts that can be wrong; rows and sensors where these have several readings.
     fn parts(&self) -> Vec<Wrong> {
         let s = self.settings();
-        let odds = |part: Part, rate: f64| Wrong { part, log_odds: (rate / (1.0 - rate)).ln() };
+        let odds = |part: Part, rate: f64| Wrong { part, log_odds: (rate / (1.0 - rate)).ln(), stuck_at: None };
         let mut all: Vec<Wrong> = (0..self.places.len()).map(|i| odds(Part::Reading(i), s.wrong_reading)).collect();
         let rows = self.search.errors.row_of.last().map_or(0, |last| last + 1);
         let sensors = self.places.iter().map(|(_, k)| k + 1).max().unwrap_or(0);
         let whole = (0..rows).map(|r| odds(Part::Row(r), s.wrong_row));
-        let whole = whole.chain((0..sensors).map(|k| odds(Part::Sensor(k), s.wrong_sensor)));
+        let whole = whole.chain((0..sensors).map(|k| self.or_stuck(odds(Part::Sensor(k), s.wrong_sensor))));
         all.extend(whole.filter(|wrong| self.readings(wrong.part).len() > 1));
         all
+    }
+
+    /// A wrong sensor as a stuck one where its readings are more probable so. With their noise σ about one value in the range R, of which
+    /// they leave open τ² = 1 / Σ σ⁻², their density is that of the noise about their mean times τ √2π / R.
+    fn or_stuck(&self, wrong: Wrong) -> Wrong {
+        let readings = self.readings(wrong.part);
+        let noise = |i: &usize| self.search.errors.noise[*i];
+        let weight: f64 = readings.iter().map(|i| noise(i).powi(-2)).sum();
+        let mean = readings.iter().map(|i| self.values[*i] * noise(i).powi(-2)).sum::<f64>() / weight;
+        let of = |i: &usize| -0.5 * ((self.values[*i] - mean) / noise(i)).powi(2) - noise(i).ln();
+        let stuck = readings.iter().map(of).sum::<f64>() - 0.5 * weight.ln() - self.wide().ln();
+        let more = stuck + readings.len() as f64 * self.wide().ln();
+        if more > 0.0 { Wrong { log_odds: wrong.log_odds + more, stuck_at: Some(mean), ..wrong } } else { wrong }
     }
 
     /// Standard deviation of the noise that stands for a reading anywhere in its range, K: with no residual it has the density of that.
@@ -187,9 +208,11 @@ impl<'a> Gross<'a> {
             let size = (off.iter().map(|v| v * v).sum::<f64>() / off.len().max(1) as f64).sqrt();
             let (row, sensor) = self.places[readings[0]];
             match wrong.part {
-                Part::Reading(_) => Aside { row: Some(row), sensor: Some(sensor), off: off.first().copied().unwrap_or(0.0) },
-                Part::Row(_) => Aside { row: Some(row), sensor: None, off: size },
-                Part::Sensor(_) => Aside { row: None, sensor: Some(sensor), off: size },
+                Part::Reading(_) => {
+                    Aside { row: Some(row), sensor: Some(sensor), off: off.first().copied().unwrap_or(0.0), stuck_at: None }
+                }
+                Part::Row(_) => Aside { row: Some(row), sensor: None, off: size, stuck_at: None },
+                Part::Sensor(_) => Aside { row: None, sensor: Some(sensor), off: size, stuck_at: wrong.stuck_at },
             }
         };
         fit.aside.iter().map(of).collect()

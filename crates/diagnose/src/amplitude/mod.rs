@@ -140,8 +140,7 @@ pub fn places(problem: &Problem, settings: &AmplitudeSettings, progress: &dyn Pr
     let (names, variables): (Vec<String>, Vec<Vec<f64>>) = own.chain([order]).filter(varies).unzip();
     let numbers_with = |m: usize, a: f64| numbers_with(&predictor, &base, visible[m].0, a * visible[m].0.scale);
     let search = Search::new(&errors, &base.found.residual, &candidates, settings, (&together, &numbers_with), &variables);
-    let in_data = whiten::places(data);
-    let gross = Gross::new(&search, &in_data);
+    let gross = Gross::new(&search, data);
     let (nothing, mut all) = sets::fitted(&search, &gross, progress);
     let tried = candidates.len();
     let most = all.iter().map(Fit::log_posterior).fold(nothing.log_posterior(), f64::max);

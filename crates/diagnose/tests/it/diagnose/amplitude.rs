@@ -263,7 +263,7 @@ pub(super) fn only<'a>(set: &'a PlaceSet, kind: &str, place: &str) -> &'a PlaceA
     own
 }
 
-fn line(key: &str, value: String) -> Vec<(String, String)> {
+pub(super) fn line(key: &str, value: String) -> Vec<(String, String)> {
     vec![(key.into(), format!("\"{value}\""))]
 }
 

@@ -2,6 +2,8 @@
 //! fit. Here every candidate of every shipped machine has its derivative compared with the program run on its own lines,
 //! written out and read again as text.
 
+use std::collections::BTreeSet;
+
 use coldplate_base::document::Document;
 use coldplate_base::error::Result;
 use coldplate_describe::machine::Condition;
@@ -85,7 +87,9 @@ impl Case {
         let of = |row: &ReadingRow| -> Result<Vec<f64>> {
             let at = study.at(&row.condition)?;
             let (network, state) = (&study.model.network, &at.state);
-            Ok(network.sensors.iter().map(|s| s.read(&state.solution.temperatures, &state.load)).collect())
+            let places = network.sensors.iter().map(|s| s.read(&state.solution.temperatures, &state.load));
+            let shown = places.zip(&study.model.machine.sensors).map(|(place, s)| s.shows.settled(place, state.load.chamber));
+            Ok(shown.collect())
         };
         Ok(self.data.rows.iter().map(of).collect::<Result<Vec<_>>>()?.concat())
     }
@@ -97,8 +101,10 @@ impl Case {
         if lines(step)?.is_none() {
             return Ok(None);
         }
-        let at =
-            |amplitude: f64| -> Result<Vec<f64>> { Ok(h.read(&self.data, &self.run(&lines(amplitude)?.unwrap_or_default())?, amplitude)) };
+        let machine = &self.study.model.machine;
+        let at = |amplitude: f64| -> Result<Vec<f64>> {
+            Ok(h.read(machine, &self.data, &self.run(&lines(amplitude)?.unwrap_or_default())?, amplitude))
+        };
         let slope = |(more, less): (&Vec<f64>, &Vec<f64>), width: f64| -> Vec<f64> {
             more.iter().zip(less).map(|(a, b)| (a - b) / width).collect()
         };
@@ -196,6 +202,14 @@ fn derivatives_are_those_of_the_edits() {
     cases.push(Case::new("hot_water_pipe_bare", &[hot], 60, &[0.4, 0.8]));
     cases.push(Case::new("slab", &[("chamber.pressure", "\"0 Pa\""), ("part.plate.surface", "\"none\"")], 300, &[0.4, 0.8]));
     cases.push(Case::new("spindle", &[("chamber.pressure", "\"0 Pa\""), hot], 300, &[0.4, 0.8]));
+    // The surroundings follow both temperatures of the table, and a sensor takes part of theirs on.
+    let mixed = ("chamber.temperature", "\"0.5 * ambient_temperature_degC + 0.5 * coolant_temperature_degC\"");
+    cases.push(Case::new("slab", &[mixed, ("sensor.block.surroundings_share", "0.3"), ("sensor.block.gain", "0.9")], 300, &[0.4, 0.8]));
+    let of_case = |case: &Case| hypotheses(&case.study, &case.data, &case.user).iter().map(Hypothesis::kind).collect::<Vec<_>>();
+    let kinds: BTreeSet<&str> = cases.iter().flat_map(of_case).collect();
+    for kind in ["condition offset", "all flows", "badly attached sensor", "thermal conductivity", "uneven split"] {
+        assert!(kinds.contains(kind), "no {kind} among {kinds:?}");
+    }
     let (mut wrong, mut checked) = (Vec::new(), 0);
     for case in &cases {
         let (found, count) = case.check();

@@ -80,23 +80,39 @@ fn a_row_that_is_shifted() {
     assert_eq!((own.row, own.sensor), (Some(6), None));
 }
 
-/// A sensor that shows one value throughout.
+/// A sensor that shows one value throughout, with noise and without: at 20 degC too, where this is a gain of nothing.
 #[test]
 fn a_sensor_that_is_dead() {
-    let die = |mut problem: Problem| {
-        problem.data.rows.iter_mut().for_each(|row| row.readings[NUT] = Some(293.15));
+    let die = |mut problem: Problem, at: f64, noise: f64| {
+        let wave = |r: usize| noise * (7.0 * r as f64).sin();
+        problem.data.rows.iter_mut().enumerate().for_each(|(r, row)| row.readings[NUT] = Some(at + wave(r)));
         problem
     };
-    let set = front("dead", &die(clean(11)));
+    for (at, noise) in [(293.15, 0.0), (298.4, 0.05)] {
+        let set = front("dead", &die(clean(11), at, noise));
+        assert!(set.members.is_empty());
+        let own = aside(&set);
+        assert_eq!((own.row, own.sensor), (None, Some(NUT)));
+        assert!(own.off > 1.0 && (own.stuck_at.unwrap() - at).abs() < 0.05, "{own:?}");
+        let (problem, rows) = table(2, friction, AS_IT_IS);
+        let set = front("dead, and friction", &die(problem, at, noise));
+        has_friction(&set, &rows, None);
+        let own = aside(&set);
+        assert_eq!((own.row, own.sensor), (None, Some(NUT)));
+    }
+}
+
+/// A sensor that shows anything.
+#[test]
+fn a_sensor_that_is_broken() {
+    let mut problem = clean(11);
+    for (r, row) in problem.data.rows.iter_mut().enumerate() {
+        row.readings[NUT] = Some(300.0 + 20.0 * (7.0 * r as f64).sin());
+    }
+    let set = front("broken", &problem);
     assert!(set.members.is_empty());
     let own = aside(&set);
-    assert_eq!((own.row, own.sensor), (None, Some(NUT)));
-    assert!(own.off > 1.0, "{}", own.off);
-    let (problem, rows) = table(2, friction, AS_IT_IS);
-    let set = front("dead, and friction", &die(problem));
-    has_friction(&set, &rows, None);
-    let own = aside(&set);
-    assert_eq!((own.row, own.sensor), (None, Some(NUT)));
+    assert_eq!((own.row, own.sensor, own.stuck_at), (None, Some(NUT), None));
 }
 
 /// Values of an instrument's own, however far off, leave no trace in the rest.

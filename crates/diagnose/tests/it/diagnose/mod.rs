@@ -7,6 +7,7 @@ mod calibrated;
 mod common;
 mod derivatives;
 mod faults;
+mod found_by_amplitude;
 mod gas;
 mod gross;
 mod hidden;
