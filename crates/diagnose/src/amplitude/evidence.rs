@@ -370,6 +370,22 @@ mod tests {
                 let expected = -0.5 * (pull.transpose() * block.clone().try_inverse().unwrap() * &pull)[0] + 0.5 * block.determinant().ln();
                 assert!((density - expected).abs() < 1e-9, "{density} {expected}");
             }
+
+            // Readings of two rows, and what they were with other residuals and other noise.
+            let own = [1, 4, 5];
+            let block = DMatrix::from_fn(3, 3, |i, j| inverse[(own[i], own[j])]).try_inverse().unwrap();
+            let error = &block * (&inverse * &r).select_rows(&own);
+            let found = posterior.others().predict(&own).unwrap();
+            assert!((&found.error - &error).amax() < 1e-9);
+            let of = |error: &DVector<f64>, covariance: &DMatrix<f64>| {
+                let weighed = covariance.clone().try_inverse().unwrap() * error;
+                -0.5 * (error.dot(&weighed) + covariance.determinant().ln())
+            };
+            assert!((found.log_density - of(&error, &block)).abs() < 1e-9);
+            let more = [(0.3, 0.1), (-0.2, 0.4), (0.0, 0.2)];
+            let others = error + DVector::from_iterator(3, more.map(|(residual, _)| residual));
+            let wider = block + DMatrix::from_diagonal(&DVector::from_iterator(3, more.map(|(_, variance)| variance)));
+            assert!((found.log_density_with(&more).unwrap() - of(&others, &wider)).abs() < 1e-9);
         }
     }
 }

@@ -12,28 +12,8 @@ use super::evidence::Explained;
 use super::others::{Others, Predicted};
 use super::search::{Fit, Search};
 use super::settings::AmplitudeSettings;
+use super::wrong::{Part, Wrong, log_odds};
 use coldplate_evidence::measurement::{Data, whiten};
-
-/// A part of the table that can be wrong at once.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Part {
-    /// One reading, by its place among all.
-    Reading(usize),
-    /// All readings of a row that has some, by its number.
-    Row(usize),
-    /// All readings of a column of the data.
-    Sensor(usize),
-}
-
-/// A part that is set aside.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Wrong {
-    pub part: Part,
-    /// Logarithm of its prior odds, and of the density of its readings where they are one value over that anywhere in the range.
-    pub log_odds: f64,
-    /// The one value of a sensor that is stuck, K.
-    pub stuck_at: Option<f64>,
-}
 
 /// Part of a table that one set of causes calls wrong: one reading, or all of a row, or all of a sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -111,6 +91,12 @@ impl<'a> Gross<'a> {
         if more > 0.0 { Wrong { log_odds: wrong.log_odds + more, stuck_at: Some(mean), ..wrong } } else { wrong }
     }
 
+    /// Readings that may be set aside where the largest part among them has so many: of a few sensors one may be dead.
+    fn most(&self, largest: usize) -> usize {
+        let all = self.places.len();
+        if 2 * largest > all { 0 } else { largest + (self.settings().most_wrong * (all - largest) as f64) as usize }
+    }
+
     /// Standard deviation of the noise that stands for a reading anywhere in its range, K: with no residual it has the density of that.
     fn wide(&self) -> f64 {
         self.settings().wrong_range / std::f64::consts::TAU.sqrt()
@@ -145,7 +131,6 @@ impl<'a> Gross<'a> {
         let others = self.others(fit)?;
         let residual = self.search.about(fit).1.residual;
         let now = self.of_all(&fit.aside);
-        let most = (self.settings().most_wrong * self.places.len() as f64) as usize;
         let wide = self.wide();
         let mut best: (f64, Option<Vec<Wrong>>) = (0.0, None);
         let mut offer = |gain: f64, aside: Vec<Wrong>| {
@@ -156,7 +141,8 @@ impl<'a> Gross<'a> {
         for wrong in self.parts() {
             let all = self.readings(wrong.part);
             let own: Vec<usize> = all.iter().filter(|i| now.binary_search(i).is_err()).copied().collect();
-            if own.is_empty() || now.len() + own.len() > most {
+            let largest = fit.aside.iter().map(|other| self.readings(other.part).len()).fold(all.len(), usize::max);
+            if own.is_empty() || now.len() + own.len() > self.most(largest) {
                 continue;
             }
             let Some(predicted) = others.predict(&own) else { continue };
@@ -217,9 +203,4 @@ impl<'a> Gross<'a> {
         };
         fit.aside.iter().map(of).collect()
     }
-}
-
-/// Logarithm of the prior odds of some parts together.
-pub fn log_odds(wrong: &[Wrong]) -> f64 {
-    wrong.iter().map(|wrong| wrong.log_odds).sum()
 }

@@ -12,6 +12,7 @@ mod rows;
 mod search;
 mod sets;
 mod settings;
+mod wrong;
 
 use rayon::prelude::*;
 

@@ -5,11 +5,11 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::evidence::{Explained, Freedom};
-use super::gross::{Wrong, log_odds};
 use super::profiles::{Curve, LENGTHS, Profiles};
 use super::response::Answer;
 use super::rows::{Errors, Looseness, Rows};
 use super::settings::AmplitudeSettings;
+use super::wrong::{Wrong, log_odds};
 
 /// Iterations of a fit at most.
 const MOST_ITERATIONS: usize = 12;

@@ -31,7 +31,8 @@ pub struct AmplitudeSettings {
     pub wrong_sensor: f64,
     /// Range in which a grossly wrong reading lies anywhere, K (um of displacements): what thermometers about machines show.
     pub wrong_range: f64,
-    /// Share of the readings that may be wrong at most. Chosen: with more, a table cannot say which.
+    /// Share of the readings that may be wrong at most, beside the largest part that is: a row or a sensor. Chosen: with more, a table cannot
+    /// say which.
     pub most_wrong: f64,
 }
 
