@@ -3,7 +3,7 @@
 use crate::measurement::Data;
 use coldplate_base::document::Document;
 use coldplate_base::error::Result;
-use coldplate_describe::machine::{Condition, SensorResponse};
+use coldplate_describe::machine::{Condition, Machine, SensorResponse};
 use coldplate_solve::study::{MachineParameter, Study};
 
 /// Predictions of all readings of a data set (rows, then sensors, missing ones left out).
@@ -30,15 +30,24 @@ pub fn surroundings_slope(study: &Study, parameter: &MachineParameter, condition
     let variable = machine.variables.iter().position(|v| v.name == parameter.name);
     let value = variable.map_or(parameter.value, |v| condition.si()[v]);
     let step = parameter.step(value);
-    let at = |value: f64| match variable {
-        Some(v) => {
+    let at = |value: f64| -> Result<f64> {
+        if let Some(v) = variable {
             let mut values = condition.si().to_vec();
             values[v] = value;
-            machine.surroundings(&Condition::from_si(values))
+            return machine.surroundings(&Condition::from_si(values));
         }
-        None => study.with(&[(parameter, value)])?.model.machine.surroundings(condition),
+        let mut document = study.document().clone();
+        if let Some((key, value)) = parameter.to_set(value, machine)? {
+            document.apply_set(&key, &value)?;
+        }
+        Machine::from_document(&document)?.surroundings(condition)
     };
-    Ok((at(value + step)? - at(value - step)?) / (2.0 * step))
+    // At the end of the valid range, such as an emissivity of one, the step goes to one side.
+    Ok(match (at(value + step), at(value - step)) {
+        (Ok(more), Ok(less)) => (more - less) / (2.0 * step),
+        (Ok(more), Err(_)) => (more - machine.surroundings(condition)?) / step,
+        (Err(_), less) => (machine.surroundings(condition)? - less?) / step,
+    })
 }
 
 /// The sensor (a column of the data) whose own number a parameter is, and its key.
