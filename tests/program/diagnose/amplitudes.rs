@@ -86,7 +86,7 @@ fn a_reading_that_is_grossly_wrong_is_set_aside() {
     assert_eq!((&first["causes"][0]["kind"], &first["causes"][0]["place"]), (&"heat source".into(), &"nut".into()), "{first}");
     let text = coldplate(&["diagnose", &machine, &table, "--amplitudes", "--quiet", "--keep-all"]);
     let text = String::from_utf8_lossy(&text.stdout).into_owned();
-    assert!(text.contains("set aside: the reading of motor in t5 (line 7): 100 K more than the others say"), "{text}");
+    assert!(text.contains("set aside: the reading of motor in t5 (line 7): 100.0 K more than the others say"), "{text}");
 }
 
 #[test]
