@@ -240,24 +240,25 @@ impl Weighed<'_> {
     fn rung(&self, found: InForce<'_>) -> Result<Option<Rung>> {
         let problem = self.beside.problem;
         let gain = found.gain();
+        let aside = found.aside();
         let drawn = if gain.as_ref().is_some_and(|(_, with_numbers)| *with_numbers) { found.drawn() } else { Vec::new() };
         let plain = found.predicted(&[])?;
         // They were drawn by slopes.
         let with = if drawn.is_empty() { None } else { found.predicted(&drawn).ok() };
-        let with = with.filter(|with| square(with, problem) < square(&plain, problem));
+        let with = with.filter(|with| square(with, problem, aside) < square(&plain, problem, aside));
         let refitted = if with.is_some() { drawn } else { Vec::new() };
         let predicted = with.unwrap_or(plain);
         // Numbers of the file first: a cause may take their place.
         let members: Vec<(&Hypothesis, f64)> = refitted.iter().chain(&found.causes).map(|c| (&c.hypothesis, c.amplitude)).collect();
         let predictor = self.beside.predictor();
         let Some(sets) = predictor.written(&members)? else { return Ok(None) };
-        let before = square(&self.predicted(), problem).max(f64::MIN_POSITIVE);
-        let share = |values: &[f64]| 1.0 - square(values, problem) / before;
+        let before = square(&self.predicted(), problem, aside).max(f64::MIN_POSITIVE);
+        let share = |values: &[f64]| 1.0 - square(values, problem, aside) / before;
         let alone = match found.causes.len() {
             0 | 1 => Vec::new(),
             _ => found.each_alone().iter().map(|values| share(values)).collect(),
         };
-        let (rms, where_left) = left_by(problem, &predicted);
+        let (rms, where_left) = left_by(problem, &predicted, aside);
         let left = found.looseness();
         let misfit = found.misfit();
         let freedom = problem.data.count().saturating_sub(found.causes.len()).max(1);
@@ -296,7 +297,7 @@ impl Weighed<'_> {
     fn without_gain(&self) -> Option<Gain> {
         let empty = self.empty()?;
         let rows = Rows::under(&empty.errors, empty.looseness)?;
-        Some(Folds::of(&self.beside.problem.data, &rows.ranges)?.gain(self.beside.problem, &self.beside.base, &[]))
+        Some(Folds::of(&self.beside.problem.data, &rows.ranges)?.gain(self.beside.problem, &self.beside.base, &[], &empty.errors.aside))
     }
 
     /// Difference of predictions on the reduced model from those of full solves, K.
@@ -325,7 +326,9 @@ impl Weighed<'_> {
         let Some(best) = explanations.first().filter(|_| nothing <= 0.5) else {
             let left = self.empty().and_then(|empty| {
                 let rows = Rows::under(&empty.errors, empty.looseness)?;
-                Some(rows.metric(empty.looseness).square(&self.beside.base.found.residual))
+                let mut left = self.beside.base.found.residual.clone();
+                empty.errors.aside.iter().for_each(|i| left[*i] = 0.0);
+                Some(rows.metric(empty.looseness).square(&left))
             });
             let is_open = left.is_none_or(|left| self.is_unusual(&self.looseness(), left, 0));
             let level = decide::Level::nothing(nothing);
@@ -355,18 +358,21 @@ fn residuals(beside: &Beside<'_>) -> Residuals {
     }
 }
 
-/// Sum of the squares of what predictions (K) leave of the readings, K².
-fn square(predicted: &[f64], problem: &Problem) -> f64 {
-    whiten::readings(&problem.data).iter().zip(predicted).map(|(r, p)| (r - p).powi(2)).sum()
+/// Sum of the squares of what predictions (K) leave of the readings that are not set aside, K².
+fn square(predicted: &[f64], problem: &Problem, aside: &[usize]) -> f64 {
+    let readings = whiten::readings(&problem.data);
+    let left = readings.iter().zip(predicted).enumerate().filter(|(i, _)| !aside.contains(i));
+    left.map(|(_, (r, p))| (r - p).powi(2)).sum()
 }
 
 /// Root mean square of what predictions (K) leave of the readings, K, and the sensor that most of it belongs to.
-fn left_by(problem: &Problem, predicted: &[f64]) -> (f64, Option<WhereLeft>) {
-    let left: Vec<f64> = whiten::readings(&problem.data).iter().zip(predicted).map(|(r, p)| r - p).collect();
+fn left_by(problem: &Problem, predicted: &[f64], aside: &[usize]) -> (f64, Option<WhereLeft>) {
+    let mut left: Vec<f64> = whiten::readings(&problem.data).iter().zip(predicted).map(|(r, p)| r - p).collect();
+    aside.iter().for_each(|i| left[*i] = 0.0);
     let square = sum_of_squares(&left);
     let places = whiten::places(&problem.data);
     let of_sensor = |k: usize| left.iter().zip(&places).filter(|(_, (_, s))| *s == k).map(|(v, _)| v * v).sum::<f64>();
     let most = (0..problem.data.names.len()).max_by(|a, b| of_sensor(*a).total_cmp(&of_sensor(*b)));
     let share = |k: usize| WhereLeft { sensor: problem.data.names[k].clone(), share: of_sensor(k) / square.max(f64::MIN_POSITIVE) };
-    ((square / left.len().max(1) as f64).sqrt(), most.map(share))
+    ((square / left.len().saturating_sub(aside.len()).max(1) as f64).sqrt(), most.map(share))
 }

@@ -235,7 +235,7 @@ impl Follower<'_> {
         let places = whiten::places(self.data);
         for (k, sensor) in self.data.sensors.iter().enumerate() {
             let response = machine.sensors[*sensor].shows;
-            if response.lag == 0.0 && response.gain == 1.0 {
+            if response.lag == 0.0 && response.of_place() == 1.0 {
                 continue;
             }
             let own: Vec<usize> = (0..found.len()).filter(|n| places[found[*n].0].1 == k).collect();

@@ -80,15 +80,16 @@ impl Folds {
         (0..count).map(move |fold| move |row: usize| row % count != fold)
     }
 
-    /// The gain, where the rows that take part in each fold change all predictions by so many K; nothing where none is given.
-    pub fn gain(&self, problem: &Problem, base: &Comparison, changes: &[Option<Vec<f64>>]) -> Gain {
+    /// The gain, where the rows that take part in each fold change all predictions by so many K; nothing where none is given. Readings
+    /// that are set aside do not count.
+    pub fn gain(&self, problem: &Problem, base: &Comparison, changes: &[Option<Vec<f64>>], aside: &[usize]) -> Gain {
         let residual = &base.found.residual;
         let change = |(i, row): (usize, &usize)| changes.get(row % self.count).and_then(Option::as_ref).map_or(0.0, |kelvin| kelvin[i]);
         let readings: Vec<HeldOutReading> =
             (self.condition_of.iter().enumerate()).map(|(i, row)| HeldOutReading { condition: *row, change: change((i, row)) }).collect();
         // Squares by condition: before, after, count.
         let mut sums = vec![(0.0, 0.0, 0.0); self.conditions.len()];
-        for (reading, residual) in readings.iter().zip(residual) {
+        for (_, (reading, residual)) in readings.iter().zip(residual).enumerate().filter(|(i, _)| !aside.contains(i)) {
             let sum = &mut sums[reading.condition];
             sum.0 += residual.powi(2);
             sum.1 += (residual - reading.change).powi(2);
@@ -96,7 +97,7 @@ impl Folds {
         }
         let rms = |chosen: &[usize]| {
             let total = chosen.iter().fold((0.0, 0.0, 0.0), |t, c| (t.0 + sums[*c].0, t.1 + sums[*c].1, t.2 + sums[*c].2));
-            ((total.0 / total.2).sqrt(), (total.1 / total.2).sqrt())
+            ((total.0 / f64::max(total.2, 1.0)).sqrt(), (total.1 / f64::max(total.2, 1.0)).sqrt())
         };
         let all: Vec<usize> = (0..self.conditions.len()).collect();
         let (before, after) = rms(&all);

@@ -66,7 +66,9 @@ impl Logs<'_> {
         let Runs { start, tolerance } = runs;
         // A state that is steady but for some parts is no state of rest to linearise about.
         let is_rest = start != Start::Steady || !study.model.machine.has_starts();
-        if is_rest && !has_fronts(study, data)? {
+        // A sensor that takes on part of its surroundings changes with these at once, which no node does.
+        let is_by_places = study.model.machine.sensors.iter().all(|sensor| sensor.shows.surroundings == 0.0);
+        if is_rest && is_by_places && !has_fronts(study, data)? {
             // A machine without a path to any given temperature, or readings of inlets alone, have no such unknowns.
             let linear = known.map_or_else(|| Linear::new(study, data, runs).map(Arc::new).ok(), |linear| Some(linear.clone()));
             let followed = linear.and_then(|linear| Some((self.followed(&linear, uncertain, hypotheses).ok()?, linear)));
@@ -114,7 +116,12 @@ impl Logs<'_> {
             _ => return none(),
         };
         let Ok(moved) = moved else { return none() };
-        let column: Vec<f64> = h.read(self.scales, self.data, &moved, step).iter().zip(values).map(|(a, b)| (a - b) / step).collect();
+        let column: Vec<f64> = h
+            .read((self.scales, &self.study.model.machine), self.data, &moved, step)
+            .iter()
+            .zip(values)
+            .map(|(a, b)| (a - b) / step)
+            .collect();
         let shows = h.is_sensor() || column.iter().any(|c| (c * h.scale).abs() > VISIBLE * self.runs.tolerance);
         if shows { column } else { none() }
     }

@@ -24,6 +24,8 @@ const STILL: f64 = 0.1;
 pub struct InForce<'b> {
     beside: &'b Beside<'b>,
     rows: Rows,
+    /// Readings that are set aside.
+    aside: &'b [usize],
     looseness: Looseness,
     /// The causes, with their amplitudes.
     pub causes: Vec<Cause>,
@@ -59,12 +61,13 @@ impl<'b> InForce<'b> {
     ///
     /// # Errors
     /// The machine cannot be solved with the causes in force.
-    pub fn fitted(beside: &'b Beside<'b>, causes: &[Cause], errors: &Errors, looseness: Looseness) -> Result<Option<Self>> {
+    pub fn fitted(beside: &'b Beside<'b>, causes: &[Cause], errors: &'b Errors, looseness: Looseness) -> Result<Option<Self>> {
         let Some(rows) = Rows::under(errors, looseness) else { return Ok(None) };
         let deviations = rows.deviations(looseness);
         let numbers = open_numbers(beside, causes, (errors, &rows, &deviations));
         let causes = causes.to_vec();
-        let mut found = Self { beside, rows, looseness, values: Vec::new(), slopes: Vec::new(), numbers, deviations, causes };
+        let mut found =
+            Self { beside, rows, aside: &errors.aside, looseness, values: Vec::new(), slopes: Vec::new(), numbers, deviations, causes };
         found.linearise()?;
         for _ in 0..MOST_STEPS {
             let Some(said) = found.said(|_| true) else { return Ok(None) };
@@ -121,6 +124,7 @@ impl<'b> InForce<'b> {
         for (cause, slope) in self.causes.iter().zip(&self.slopes) {
             left.iter_mut().zip(slope).for_each(|(l, s)| *l += cause.amplitude * s);
         }
+        self.aside.iter().for_each(|i| left[*i] = 0.0);
         let left = self.rows.whiten(&left).select_rows(&kept);
         let (own, shared) = (self.causes.len(), self.deviations.len());
         let mut columns = DMatrix::zeros(kept.len(), own + shared);
@@ -152,6 +156,11 @@ impl<'b> InForce<'b> {
         most
     }
 
+    /// Readings that are set aside, which count for nothing.
+    pub fn aside(&self) -> &'b [usize] {
+        self.aside
+    }
+
     /// What the model leaves open beside the causes.
     pub fn looseness(&self) -> Looseness {
         self.looseness
@@ -159,7 +168,9 @@ impl<'b> InForce<'b> {
 
     /// Misfit that the causes leave, under the covariance beside them.
     pub fn misfit(&self) -> f64 {
-        self.rows.metric(self.looseness).square(&self.beside.base.left(&self.values))
+        let mut left = self.beside.base.left(&self.values);
+        self.aside.iter().for_each(|i| left[*i] = 0.0);
+        self.rows.metric(self.looseness).square(&left)
     }
 
     /// Predictions with numbers of the file moved beside the causes, on an endlessly fine mesh, K.
@@ -217,7 +228,7 @@ impl<'b> InForce<'b> {
         let said: Vec<Option<Said>> = folds.kept().map(|is_kept| self.said(is_kept)).collect();
         let with = |numbers: &[OpenNumber]| -> Gain {
             let changes = said.iter().map(|said| said.as_ref().map(|said| self.changed(said, numbers))).collect::<Vec<_>>();
-            folds.gain(self.beside.problem, &self.beside.base, &changes)
+            folds.gain(self.beside.problem, &self.beside.base, &changes, &self.aside)
         };
         let plain = with(&[]);
         if self.numbers.is_empty() {
@@ -244,7 +255,9 @@ impl Explanation {
     /// Misfit that predictions (K) with it in force leave, under its own covariance.
     pub(super) fn misfit_of(&self, beside: &Beside<'_>, errors: &Errors, values: &[f64]) -> Option<f64> {
         let rows = Rows::under(errors, self.level)?;
-        Some(rows.metric(self.level).square(&beside.base.left(values)))
+        let mut left = beside.base.left(values);
+        errors.aside.iter().for_each(|i| left[*i] = 0.0);
+        Some(rows.metric(self.level).square(&left))
     }
 }
 

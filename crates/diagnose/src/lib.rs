@@ -45,14 +45,14 @@ use coldplate_explore::simulate::Start;
 use coldplate_solve::sensitivity::UncertainNumber;
 use coldplate_solve::study::{MachineParameter, Study};
 
-pub use amplitude::{AmplitudeSettings, Looseness, PlaceAndKind, PlaceSet, Places, Way, places};
+pub use amplitude::{AmplitudeSettings, Aside, Looseness, PlaceAndKind, PlaceSet, Places, Way, places};
 pub use answer::{Rung, WhereLeft, diagnose};
 pub use decide::{Certainty, Level, Verdict};
 pub use effects::{
     Axis, CommonFactor, Course, Effect, FoundLaw, Hypothesis, Law, LawForm, LawNumber, Scales, Sequence, Shown, UserKind, hypotheses,
     sentence, under_rarer_laws,
 };
-pub use effects::{Common, Contact, Flow, Heat, Leak, Material, Radiation, Sensor, Storage, User};
+pub use effects::{Common, Contact, Flow, Heat, Leak, Material, Radiation, Sensor, Storage, User, Variable};
 pub use gain::{Gain, HeldOutReading};
 pub use missing::MissingHeat;
 pub use next::{Costs, Expected, ExtraSensor, Next, Trial, Worth};
@@ -387,6 +387,13 @@ pub struct Diagnosis {
 }
 
 impl Diagnosis {
+    /// Parts of a table that the answer calls grossly wrong: those of the most probable explanation where causes are named, else of none.
+    pub fn aside(&self) -> &[Aside] {
+        let best = self.explanations.first().filter(|_| self.verdict.names_causes()).and_then(|best| self.places.sets.get(best.of));
+        let set = best.or_else(|| self.places.sets.iter().find(|set| set.members.is_empty()));
+        set.map_or(&[], |set| &set.aside)
+    }
+
     /// Whether the only rung has no cause: numbers of the file as the readings draw them, which predict data kept out better for certain.
     pub fn is_calibrated(&self) -> bool {
         self.rungs.first().is_some_and(|rung| rung.causes.is_empty())

@@ -109,7 +109,8 @@ impl Predictor<'_> {
 
     /// What the sensors make of it.
     pub(super) fn read(&self, members: &[(&Hypothesis, f64)], values: Vec<f64>) -> Vec<f64> {
-        in_order(members).fold(values, |values, (h, amplitude)| h.read(self.scales, self.data, &values, amplitude))
+        in_order(members)
+            .fold(values, |values, (h, amplitude)| h.read((self.scales, &self.study.model.machine), self.data, &values, amplitude))
     }
 }
 

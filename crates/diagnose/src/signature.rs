@@ -10,8 +10,8 @@ use rayon::prelude::*;
 use super::effects::{Change, Disturbances, EffectDerivatives, Hypothesis, Scales, Shares, UserKind};
 use super::follow::Linear;
 use coldplate_base::error::Result;
-use coldplate_describe::machine::SensorResponse;
-use coldplate_evidence::identify::{Prediction, conditions, own_key, states};
+use coldplate_describe::machine::{Condition, SensorResponse};
+use coldplate_evidence::identify::{Prediction, conditions, own_key, states, surroundings_slope};
 use coldplate_evidence::measurement::{Data, whiten};
 use coldplate_solve::sensitivity::{Adjoint, DerivativeTarget, Derivatives};
 use coldplate_solve::study::{MachineParameter, StateTables, Study};
@@ -85,26 +85,30 @@ pub fn steady(
         let shared: Vec<Vec<f64>> = shared.par_iter().map(of_shared).collect();
         let on_all = |effect: Option<Change>| -> Vec<f64> {
             let on = |(k, adjoint): (usize, &Adjoint)| match &effect {
-                Some(Change::Own(own)) => own.on(&adjoint.field, inlet(k)),
-                Some(Change::Shared(terms)) => terms.iter().map(|(field, coefficient)| coefficient * shared[*field][k]).sum(),
+                Some(Change::Own(own)) => {
+                    let r = &responses[k];
+                    r.of_place() * own.on(&adjoint.field, inlet(k)) + r.of_surroundings() * own.surroundings
+                }
+                Some(Change::Shared(terms)) => {
+                    responses[k].of_place() * terms.iter().map(|(field, coefficient)| coefficient * shared[*field][k]).sum::<f64>()
+                }
                 None => 0.0,
             };
             adjoints.iter().enumerate().map(on).collect()
         };
-        let effects = effects.into_par_iter().map(on_all).collect();
+        let effects: Vec<Vec<f64>> = effects.into_par_iter().map(on_all).collect();
         let read = |s: &usize| network.sensors[*s].read(&at.state.solution.temperatures, &at.state.load);
         let temperatures: Vec<f64> = data.sensors.iter().map(read).collect();
         // What the sensors make of all that.
-        let mut effects: Vec<Vec<f64>> = effects;
-        for rows in [&mut slopes, &mut effects] {
-            rows.iter_mut().for_each(|row| row.iter_mut().zip(&responses).for_each(|(slope, r)| *slope *= r.gain));
-        }
+        let (around, condition) = (at.state.load.chamber, Condition::from_si(at.state.load.variables.clone()));
         for (row, p) in slopes.iter_mut().zip(&wanted) {
+            let of_surroundings = surroundings_slope(study, p, &condition)?;
+            row.iter_mut().zip(&responses).for_each(|(slope, r)| *slope = *slope * r.of_place() + r.of_surroundings() * of_surroundings);
             if let Some((k, key)) = own_key(p, data) {
-                row[k] += SensorResponse::slope(&key, temperatures[k]).unwrap_or(0.0);
+                row[k] += responses[k].slope(&key, temperatures[k], around).unwrap_or(0.0);
             }
         }
-        let values = responses.iter().zip(temperatures).map(|(r, t)| r.settled(t)).collect();
+        let values = responses.iter().zip(temperatures).map(|(r, t)| r.settled(t, around)).collect();
         Ok(At { values, slopes, effects })
     };
     let all: Vec<At> = states.par_iter().map(of).collect::<Result<_>>()?;
@@ -120,7 +124,7 @@ pub fn steady(
     };
     let column = |h: &Hypothesis| -> Vec<f64> {
         if h.is_sensor() {
-            return difference(&h.read(scales, data, &prediction.values, 1.0), &prediction.values);
+            return difference(&h.read((scales, &study.model.machine), data, &prediction.values, 1.0), &prediction.values);
         }
         let Some(at) = derivatives.position(h) else { return vec![0.0; places.len()] };
         let factors = scales.factors(h.law, &data.rows.iter().map(|row| &row.condition).collect::<Vec<_>>());

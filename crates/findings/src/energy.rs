@@ -118,7 +118,7 @@ fn water(
     }
     let k = data.sensors.iter().position(|s| *s == outlet.sensor)?;
     // The temperature at which the sensor shows the reading.
-    let reading = problem.study.model.machine.sensors.get(outlet.sensor)?.shows.temperature(data.rows[r].readings[k]?);
+    let reading = problem.study.model.machine.sensors.get(outlet.sensor)?.shows.temperature(data.rows[r].readings[k]?, state.load.chamber);
     let inlet = *state.load.inlets.get(outlet.circuit)?;
     let circuit = &problem.study.model.network.circuits.get(outlet.circuit)?.circuit;
     let rate = |state: &SteadyState, reads: f64| {

@@ -5,7 +5,8 @@ use serde::Serialize;
 use super::Findings;
 use super::estimate::EstimateRecord;
 use coldplate_base::numbers::significant;
-use coldplate_diagnose::{AmplitudeSettings, Cause, Law, PlaceAndKind, PlaceSet, Places, Way};
+use coldplate_base::units::Measurand;
+use coldplate_diagnose::{AmplitudeSettings, Aside, Cause, Law, PlaceAndKind, PlaceSet, Places, Problem, Way};
 use coldplate_evidence::measurement::ReadingRow;
 
 /// Sets that are told in text.
@@ -51,6 +52,25 @@ pub struct PlaceSetRecord {
     pub disturbance: f64,
     /// Error of each sensor of a log that wanders with the time, beside what is stated: standard deviation, K.
     pub wandering: f64,
+    /// Readings, rows and sensors that it calls grossly wrong.
+    pub set_aside: Vec<AsideRecord>,
+}
+
+/// A part of the table that a set calls grossly wrong: a reading, a whole row or a whole sensor.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)]
+pub struct AsideRecord {
+    /// Row by its name; none for a whole sensor.
+    pub test: Option<String>,
+    /// Line of the file.
+    pub line: Option<usize>,
+    /// Sensor; none for a whole row.
+    pub sensor: Option<String>,
+    /// Reading less what all that is not set aside says of it; of a row or sensor the root mean square.
+    pub off: f64,
+    pub unit: &'static str,
+    /// Value of a sensor that shows one throughout, degC (or um).
+    pub stuck_at: Option<f64>,
 }
 
 /// One way in which a set acts.
@@ -164,8 +184,51 @@ pub fn record(found: &Findings<'_>) -> PlacesRecord {
         numbers: set.looseness.spread,
         disturbance: set.looseness.disturbance,
         wandering: set.looseness.wandering,
+        set_aside: set.aside.iter().map(|own| aside_record(found.problem, own)).collect(),
     });
     PlacesRecord { tried: places.tried, by_slope: places.by_slope, sets: sets.collect(), settings: found.problem.settings.clone() }
+}
+
+/// A part that is set aside, for outside programs.
+fn aside_record(problem: &Problem, own: &Aside) -> AsideRecord {
+    let data = &problem.data;
+    let row = own.row.map(|r| &data.rows[r]);
+    let measurands = data.measurands(&problem.study.model.machine);
+    // A row may have readings of both kinds; most have temperatures alone.
+    let measurand = own.sensor.map_or(Measurand::Temperature, |k| measurands[k]);
+    AsideRecord {
+        test: row.map(|row| row.test.clone()),
+        line: row.and_then(|row| row.line),
+        sensor: own.sensor.map(|k| data.names[k].clone()),
+        off: own.off,
+        unit: measurand.unit_of_differences(),
+        stuck_at: own.stuck_at.map(|value| measurand.shown(value)),
+    }
+}
+
+/// Parts of the table that the answer calls grossly wrong, in words.
+pub fn set_aside(found: &Findings<'_>) -> Vec<String> {
+    found.diagnosis.aside().iter().map(|own| aside_in_words(&aside_record(found.problem, own))).collect()
+}
+
+/// A part that is set aside, in words.
+fn aside_in_words(own: &AsideRecord) -> String {
+    let (off, unit) = (significant(own.off.abs(), 3), own.unit);
+    let line = own.line.map_or(String::new(), |line| format!(" (line {line})"));
+    match (&own.test, &own.sensor, own.stuck_at) {
+        (Some(test), Some(sensor), _) => {
+            let more = if own.off > 0.0 { "more" } else { "less" };
+            format!("the reading of {sensor} in {test}{line}: {off} {unit} {more} than the others say")
+        }
+        (Some(test), None, _) => format!("all readings of {test}{line}: {off} {unit} from what the other rows say"),
+        (None, sensor, Some(value)) => {
+            let shown = if unit == "K" { "degC" } else { unit };
+            format!("the sensor {}: stuck at {} {shown}", sensor.as_deref().unwrap_or_default(), significant(value, 4))
+        }
+        (None, sensor, None) => {
+            format!("the sensor {}: {off} {unit} from what the others say", sensor.as_deref().unwrap_or_default())
+        }
+    }
 }
 
 /// How an amplitude runs over the rows, in words.
@@ -191,6 +254,9 @@ pub fn text(found: &Findings<'_>, table: impl Fn(&[&str], &[Vec<String>]) -> Str
         let words = if words.is_empty() { "nothing".into() } else { words.join("; ") };
         text += &format!("  {:.3}  {words}\n", set.probability);
         text += &ways_in_words(set);
+        for own in &set.aside {
+            text += &format!("         set aside: {}\n", aside_in_words(&aside_record(found.problem, own)));
+        }
         if i == 0 && !set.members.is_empty() {
             let (sum, error) = set.kept_out;
             text += &format!(

@@ -1,8 +1,8 @@
 //! A diagnosis as one HTML file, for readers who were not there.
 
 use super::energy::ConditionBalance;
-use super::next;
 use super::{Findings, capital, figures, ladder, name, probability, words};
+use super::{next, places};
 use coldplate_base::document::name_of;
 use coldplate_base::error::Result;
 use coldplate_base::numbers::short;
@@ -70,6 +70,9 @@ fn in_short(section: &mut ReportSection, found: &Findings<'_>) {
     }
     for fault in &found.problem.faults {
         section.note(Tone::Uncertain, format!("Faulty reading: {}.", fault.text()));
+    }
+    for part in places::set_aside(found) {
+        section.note(Tone::Uncertain, format!("Set aside as grossly wrong: {part}."));
     }
     let mut key = vec![
         KeyFigure::new(diagnosis.verdict.code().replace('_', " "), "verdict").tone(tone),

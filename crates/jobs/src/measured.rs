@@ -117,7 +117,7 @@ pub fn one(study: &Study, measurement: &Measurement) -> Result<CheckedState> {
     let solver = model.solver(&condition)?;
     let state = model.solve(&solver, &condition)?;
     // Sensors show a value with lag, offset and gain, and the readings are shown values.
-    let shown = |(sensor, at): (&Sensor, f64)| sensor.measurand().shown(sensor.shows.settled(at));
+    let shown = |(sensor, at): (&Sensor, f64)| sensor.measurand().shown(sensor.shows.settled(at, state.load.chamber));
     let predicted: Vec<f64> = model.machine.sensors.iter().zip(model.read(&state)).map(shown).collect();
     let mesh = model.mesh_errors(&condition, &state).ok().flatten().map_or_else(Vec::new, |found| found.errors);
     let has_mesh = !mesh.is_empty();

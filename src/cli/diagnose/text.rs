@@ -4,7 +4,7 @@ use super::super::text::table;
 use coldplate_base::numbers::short;
 use coldplate_diagnose::{ExtraSensor, Verdict};
 use coldplate_evidence::faulty_readings;
-use coldplate_findings::{Findings, ladder, next_test_in_words, probability, words, worth_in_words};
+use coldplate_findings::{Findings, ladder, next_test_in_words, places, probability, words, worth_in_words};
 
 /// The answer for a terminal.
 pub(super) fn text(found: &Findings<'_>) -> String {
@@ -23,6 +23,9 @@ pub(super) fn text(found: &Findings<'_>) -> String {
     }
     text += "\n";
     text += &faulty_readings::listed(&problem.faults);
+    for part in places::set_aside(found) {
+        text += &format!("  set aside as grossly wrong: {part}\n");
+    }
     text += &format!(
         "  misfit {:.1} over {} readings, p = {:.2e}; best of {}\n",
         misfit.chi2,

@@ -118,3 +118,20 @@ fn a_contact_of_a_log_is_found_with_its_course() {
     let text = String::from_utf8_lossy(&text.stdout).into_owned();
     assert!(text.contains("by amplitude alone, free in time") && text.contains("runs with time"), "{text}");
 }
+
+/// A number that was typed wrong is named with its line, and the cause beside it is found.
+#[test]
+fn a_reading_that_is_grossly_wrong_is_set_aside() {
+    let folder = scratch("amplitudes-gross");
+    let wrong = rows().replace("t5,1900,20,", "t5,1900,20,1");
+    let (machine, table) = (write(&folder, "masses.toml", MACHINE), write(&folder, "rows.csv", wrong));
+    let found = json(&coldplate(&["diagnose", &machine, &table, "--amplitudes", "--json", "--quiet"]));
+    let first = &found["amplitudes"]["sets"][0];
+    let own = &first["set_aside"][0];
+    assert_eq!((&own["test"], &own["sensor"], &own["line"]), (&"t5".into(), &"motor".into(), &7.into()), "{first}");
+    assert!((own["off"].as_f64().unwrap() - 100.0).abs() < 1.0, "{first}");
+    assert_eq!((&first["causes"][0]["kind"], &first["causes"][0]["place"]), (&"heat source".into(), &"nut".into()), "{first}");
+    let text = coldplate(&["diagnose", &machine, &table, "--amplitudes", "--quiet"]);
+    let text = String::from_utf8_lossy(&text.stdout).into_owned();
+    assert!(text.contains("set aside: the reading of motor in t5 (line 7): 100.0 K more than the others say"), "{text}");
+}

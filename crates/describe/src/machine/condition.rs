@@ -185,6 +185,14 @@ impl Machine {
         }
     }
 
+    /// Temperature of the surroundings at `condition`, K: that of the chamber.
+    ///
+    /// # Errors
+    /// Errors of [`Machine::values`].
+    pub fn surroundings(&self, condition: &Condition) -> Result<f64> {
+        self.chamber.temperature.evaluate(&self.values(condition)?)
+    }
+
     /// The value of every name that formulas use, at `condition`.
     ///
     /// # Errors

@@ -4,7 +4,7 @@ use super::channels::absolute;
 use super::elastic::turned_name;
 use super::geometry::{check_length, check_name, emissivity};
 use super::keys::bodies::CAPACITY;
-use super::keys::outputs::{GAIN, LAG, OFFSET};
+use super::keys::outputs::{GAIN, LAG, OFFSET, SURROUNDINGS_SHARE};
 use super::names::{Index, lookup};
 use super::parts::LumpedNode;
 use super::readings::{MachineLimit, Measurement, Sensor, SensorReading};
@@ -81,7 +81,16 @@ pub(super) fn sensors(root: &Section<'_>, index: &Index<'_>) -> Result<Vec<Senso
             "inlet" => SensorReading::Inlet(index.channel(&value)?),
             _ => SensorReading::Outlet(index.channel(&value)?),
         };
-        let shows = SensorResponse { lag: LAG.read(&section)?, offset: OFFSET.read(&section)?, gain: GAIN.read(&section)? };
+        let shows = SensorResponse {
+            surroundings: SURROUNDINGS_SHARE.read(&section)?,
+            lag: LAG.read(&section)?,
+            offset: OFFSET.read(&section)?,
+            gain: GAIN.read(&section)?,
+        };
+        if !(0.0..1.0).contains(&shows.surroundings) {
+            let error = section.error_at("surroundings_share", "a share lies between 0 and 1, and a sensor must feel its place");
+            return Err(error.help("0.1 for one that is badly glued; leave it out for one that is at the temperature of its place"));
+        }
         if shows.lag < 0.0 {
             return Err(section.error_at("lag", "a sensor cannot run ahead").help("leave it out for a sensor without lag"));
         }

@@ -6,12 +6,14 @@ use rayon::prelude::*;
 
 use super::evidence::Explained;
 use super::force;
+use super::gross::Gross;
 use super::laws::{Laws, Rule};
 use super::logs::{Log, rows_that_count};
 use super::profiles::Profiles;
 use super::response::{Answer, Response};
 use super::rows::Errors;
 use super::search::{About, Candidate, Fit, Search};
+use super::sets;
 use super::settings::AmplitudeSettings;
 use super::sizing::Sizing;
 use super::steady::Table;
@@ -29,8 +31,6 @@ use coldplate_network::Load;
 
 /// Amplitudes at which the machine is solved for each cause that bends, in units of its scale.
 const KNOTS: [f64; 6] = [-5.0, -2.5, -1.0, 1.0, 2.5, 5.0];
-/// Places of one set at most.
-const MOST_PLACES: usize = 4;
 /// Sets of each size that are fitted about the machine with the set in force.
 const REFINED: usize = 10;
 /// The same of logs of a machine of cells, each of which takes several runs.
@@ -135,10 +135,12 @@ impl<'p> Beside<'p> {
             0
         };
         let search = Search::new(&errors, residual, &candidates, settings, about, profiles, None);
-        let nothing = search.nothing();
-        let mut all = grown(&search, &nothing, if is_costly { REFINED_OF_CELLS } else { REFINED }, progress);
+        let gross = (!is_log).then(|| Gross::new(&search, &problem.data));
+        let most = if is_costly { REFINED_OF_CELLS } else { REFINED };
+        let (nothing, mut all) = sets::fitted(&search, gross.as_ref(), most, progress);
         all.push(nothing.clone());
-        let found = Found { beside: self, search: &search, visible: &visible, sizes: &sizes, names: &names, nothing: &nothing };
+        let (gross, nothing) = (gross.as_ref(), &nothing);
+        let found = Found { beside: self, search: &search, gross, visible: &visible, sizes: &sizes, names: &names, nothing };
         let (sets, scales) = if is_log { (found.in_time(all), self.scales.clone()) } else { found.under_laws(all, progress) };
         Places { sets, tried: candidates.len(), by_slope, scales }
     }
@@ -148,6 +150,7 @@ impl<'p> Beside<'p> {
 struct Found<'a> {
     beside: &'a Beside<'a>,
     search: &'a Search<'a>,
+    gross: Option<&'a Gross<'a>>,
     visible: &'a [(&'a Hypothesis, &'a Vec<f64>)],
     sizes: &'a [Sizing],
     /// Variables over which amplitudes may run.
@@ -221,10 +224,11 @@ impl Found<'_> {
         PlaceSet {
             members: fit.members.iter().enumerate().map(member).collect(),
             ways: Vec::new(),
-            lead: fit.log_evidence - self.nothing.log_evidence,
+            lead: fit.log_mixture() - self.nothing.log_mixture(),
             probability: (fit.log_posterior() - whole).exp(),
             kept_out: sum_and_error(&difference(&density, &ground)),
             looseness: fit.looseness,
+            aside: self.gross.map_or_else(Vec::new, |gross| gross.aside(fit)),
             errors: fit.errors.clone().unwrap_or_else(|| Arc::new(self.search.errors.clone())),
         }
     }
@@ -234,24 +238,6 @@ impl Found<'_> {
 fn whole<'f>(all: impl Iterator<Item = &'f Fit> + Clone) -> f64 {
     let most = all.clone().map(Fit::log_posterior).fold(f64::NEG_INFINITY, f64::max);
     most + all.map(|fit| (fit.log_posterior() - most).exp()).sum::<f64>().ln()
-}
-
-/// Sets of one place and more, fitted, while larger ones are more probable.
-fn grown(search: &Search<'_>, nothing: &Fit, most: usize, progress: &dyn Progress) -> Vec<Fit> {
-    progress.say("places and kinds alone");
-    let mut all = refined(search, search.singles(nothing), most);
-    let mut last = all.clone();
-    for count in 2..=MOST_PLACES {
-        let best = all.iter().map(Fit::log_posterior).fold(f64::NEG_INFINITY, f64::max);
-        progress.say(&format!("sets of {count}"));
-        last = refined(search, search.grown(&last), most);
-        let is_better = last.first().is_some_and(|first| first.log_posterior() > best);
-        all.extend(last.iter().cloned());
-        if !is_better {
-            break;
-        }
-    }
-    all
 }
 
 /// The way in which every amplitude is its mean over the rows.
@@ -264,10 +250,11 @@ fn as_means(members: &[PlaceAndKind]) -> Way {
 /// The best sets of each size, whose laws are looked for, and the others.
 fn best_of_each_size(mut all: Vec<Fit>) -> (Vec<Fit>, Vec<Fit>) {
     all.sort_by(|a, b| b.log_posterior().total_cmp(&a.log_posterior()));
-    let mut counts = [0; MOST_PLACES + 1];
+    let mut counts = std::collections::HashMap::new();
     all.into_iter().partition(|fit| {
-        counts[fit.members.len()] += 1;
-        counts[fit.members.len()] <= REFINED
+        let count: &mut usize = counts.entry(fit.members.len()).or_default();
+        *count += 1;
+        *count <= REFINED
     })
 }
 
@@ -323,15 +310,6 @@ fn told(
     let lines = |cause: &Cause| cause.hypothesis.written(&problem.study, &problem.data, scales, &problem.user, cause.amplitude);
     let is_writable = causes.iter().all(|cause| matches!(lines(cause), Ok(Some(_))));
     Way { causes, probability: way.probability, is_writable }
-}
-
-/// The best of some fits about the machine with their sets in force, most probable first.
-fn refined(search: &Search<'_>, mut fits: Vec<Fit>, most: usize) -> Vec<Fit> {
-    let rest = fits.split_off(fits.len().min(most));
-    let mut all: Vec<Fit> = fits.into_par_iter().map(|fit| search.refined(fit)).chain(rest).collect();
-    all.retain(|fit| fit.log_evidence.is_finite());
-    all.sort_by(|a, b| b.log_posterior().total_cmp(&a.log_posterior()));
-    all
 }
 
 /// Deviations of the amplitudes of each member, and the density of each row given all others.
@@ -410,6 +388,7 @@ fn errors(problem: &Problem, base: &Comparison, catalogue: &[Hypothesis]) -> Err
         stated: base.errors.shared(),
         numbers: base.errors.numbers().to_vec(),
         heats: of_heat.map(|(_, column)| column.iter().map(|c| c * mean).collect()).collect(),
+        aside: Vec::new(),
         log: None,
     }
 }

@@ -13,6 +13,7 @@ use std::sync::{Mutex, PoisonError};
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
+use super::others::Others;
 use super::profiles::{Curve, Function, Profiles};
 use super::response::Slope;
 use super::rows::{Looseness, Rows};
@@ -344,6 +345,24 @@ impl Posterior<'_> {
         Functions { solved: self.solve(&columns), pulls: columns.tr_mul(&self.pull), columns }
     }
 
+    /// What the readings say of each other.
+    pub fn others(&self) -> Others {
+        let (explained, rows) = (self.explained, self.explained.rows);
+        let lower = self.factor.l();
+        // The columns of the metric times the inverse of the upper factor of their matrix.
+        let mut across = self.metric.transpose();
+        lower.solve_lower_triangular_mut(&mut across);
+        let across = rows.unwhiten(&across.transpose());
+        let of = |(row, range): (usize, &std::ops::Range<usize>)| {
+            let x = explained.columns.rows_range(range.clone());
+            let (taken, _) = explained.taken(row, &self.freedoms);
+            rows.unwhiten_row(row, DMatrix::identity(range.len(), range.len()) - x * taken * x.transpose())
+        };
+        let blocks = rows.ranges.iter().enumerate().map(of).collect();
+        let pull = rows.unwhiten(&DMatrix::from_columns(std::slice::from_ref(&self.pull))).column(0).into_owned();
+        Others { ranges: rows.ranges.clone(), blocks, across, pull }
+    }
+
     /// Logarithm of the density of each row's readings, given all other rows, without the constant of the number of readings.
     pub fn kept_out(&self) -> Vec<f64> {
         let rows = self.explained.rows;
@@ -414,6 +433,7 @@ mod tests {
             heats: vec![wave(6), wave(7)],
             row_of,
             log: None,
+            aside: Vec::new(),
         };
         (errors, wave(8), vec![wave(9), wave(10)])
     }
@@ -505,6 +525,22 @@ mod tests {
                 let expected = -0.5 * (pull.transpose() * block.clone().try_inverse().unwrap() * &pull)[0] + 0.5 * block.determinant().ln();
                 assert!((density - expected).abs() < 1e-9, "{density} {expected}");
             }
+
+            // Readings of two rows, and what they were with other residuals and other noise.
+            let own = [1, 4, 5];
+            let block = DMatrix::from_fn(3, 3, |i, j| inverse[(own[i], own[j])]).try_inverse().unwrap();
+            let error = &block * (&inverse * &r).select_rows(&own);
+            let found = posterior.others().predict(&own).unwrap();
+            assert!((&found.error - &error).amax() < 1e-9);
+            let of = |error: &DVector<f64>, covariance: &DMatrix<f64>| {
+                let weighed = covariance.clone().try_inverse().unwrap() * error;
+                -0.5 * (error.dot(&weighed) + covariance.determinant().ln())
+            };
+            assert!((found.log_density - of(&error, &block)).abs() < 1e-9);
+            let more = [(0.3, 0.1), (-0.2, 0.4), (0.0, 0.2)];
+            let others = error + DVector::from_iterator(3, more.map(|(residual, _)| residual));
+            let wider = block + DMatrix::from_diagonal(&DVector::from_iterator(3, more.map(|(_, variance)| variance)));
+            assert!((found.log_density_with(&more).unwrap() - of(&others, &wider)).abs() < 1e-9);
         }
     }
 }

@@ -5,7 +5,6 @@ use crate::Problem;
 use crate::effects::{Hypothesis, Law, LawForm, Scales};
 use crate::predictor::{Predictor, in_order};
 use crate::when::Added;
-use coldplate_evidence::measurement::Data;
 
 /// Step of the mean amplitude by which slopes along a course are scaled, as a share of the kind's scale.
 pub const STEP: f64 = 0.1;
@@ -66,7 +65,7 @@ pub fn runs(predictor: &Predictor<'_>, h: &Hypothesis) -> bool {
 
 /// What a machine's sensors show of predictions (K) with causes in force, and with a little more of one of them or of another.
 pub fn shown(
-    (scales, data): (&Scales, &Data),
+    (scales, problem): (&Scales, &Problem),
     values: &[f64],
     laws: &[(Hypothesis, f64)],
     more: Option<(usize, &Hypothesis, f64)>,
@@ -80,5 +79,6 @@ pub fn shown(
         }
     }
     sensors.retain(|(h, _)| h.is_sensor());
-    in_order(&sensors).fold(values.to_vec(), |values, (h, amplitude)| h.read(scales, data, &values, amplitude))
+    in_order(&sensors)
+        .fold(values.to_vec(), |values, (h, amplitude)| h.read((scales, &problem.study.model.machine), &problem.data, &values, amplitude))
 }

@@ -207,6 +207,7 @@ impl<'a> Log<'a> {
             stated,
             numbers: found.errors.numbers().to_vec(),
             heats: heated,
+            aside: Vec::new(),
             log: Some(LogNoise { parts: found.errors.clone(), memory: self.settings.wandering_memory, most }),
         }
     }
@@ -268,10 +269,10 @@ impl<'a> Log<'a> {
         let ones = vec![1.0; data.rows.len()];
         let wanted: Vec<(usize, &[f64])> = (0..all.len()).map(|h| (h, ones.as_slice())).collect();
         let columns = self.follower(&about)?.along(&there, &wanted, self.stride).ok()?;
-        let shown = force::shown((&scales, data), values, &laws, None);
+        let shown = force::shown((&scales, &problem), values, &laws, None);
         let mean = |(k, column): (usize, Option<Vec<f64>>)| match column {
             _ if there[k].is_sensor() => {
-                let more = force::shown((&scales, data), values, &laws, Some((k, &there[k], STEP * units[k])));
+                let more = force::shown((&scales, &problem), values, &laws, Some((k, &there[k], STEP * units[k])));
                 more.iter().zip(&shown).map(|(a, b)| (a - b) / STEP).collect()
             }
             Some(column) => column.iter().map(|c| c * units[k]).collect(),

@@ -8,17 +8,21 @@ mod beside;
 mod choices;
 mod evidence;
 mod force;
+mod gross;
 mod laws;
 mod logs;
 mod low_rank;
+mod others;
 mod profiles;
 mod response;
 mod rows;
 mod search;
+mod sets;
 mod settings;
 mod sizing;
 mod steady;
 mod ways;
+mod wrong;
 
 use std::sync::Arc;
 
@@ -28,6 +32,7 @@ use coldplate_base::error::Result;
 use coldplate_base::progress::Progress;
 
 pub(crate) use beside::Beside;
+pub use gross::Aside;
 pub use rows::Looseness;
 pub(crate) use rows::{Errors, Rows};
 pub use settings::AmplitudeSettings;
@@ -74,6 +79,8 @@ pub struct PlaceSet {
     pub kept_out: (f64, f64),
     /// What the model leaves open beside it.
     pub looseness: Looseness,
+    /// Readings, rows and sensors of a table that it calls grossly wrong.
+    pub aside: Vec<Aside>,
     /// Covariance of the readings about the machine with it in force.
     pub(crate) errors: Arc<Errors>,
 }

@@ -37,6 +37,8 @@ pub struct Errors {
     pub heats: Vec<Vec<f64>>,
     /// In logs, what the readings are whitened by in place of `noise`.
     pub log: Option<LogNoise>,
+    /// Readings that are grossly wrong, rising: their noise is wide, and their residual says nothing.
+    pub aside: Vec<usize>,
 }
 
 /// Noise of logs, with an error of each sensor that wanders with the time.
@@ -259,6 +261,30 @@ impl Rows {
     /// Logarithm of the determinant of all blocks, K² for each reading.
     pub fn log_determinant(&self) -> f64 {
         self.log_determinant
+    }
+
+    /// Columns that are whitened by the blocks of a table, multiplied by the transposed root of the inverse of these: S⁻¹ of columns is this of
+    /// their whitened ones.
+    pub fn unwhiten(&self, whitened: &DMatrix<f64>) -> DMatrix<f64> {
+        let mut found = whitened.clone();
+        for (range, factor) in self.ranges.iter().zip(self.blocks()) {
+            let mut own = found.rows_range_mut(range.clone());
+            factor.l_dirty().tr_solve_lower_triangular_mut(&mut own);
+        }
+        found
+    }
+
+    /// A whitened precision of a row's readings as that of the readings themselves, 1/K².
+    pub fn unwhiten_row(&self, row: usize, mut precision: DMatrix<f64>) -> DMatrix<f64> {
+        let Some(factor) = self.blocks().get(row).map(Cholesky::l_dirty) else { return precision };
+        factor.tr_solve_lower_triangular_mut(&mut precision);
+        precision.transpose_mut();
+        factor.tr_solve_lower_triangular_mut(&mut precision);
+        precision
+    }
+
+    fn blocks(&self) -> &[Cholesky<f64, Dyn>] {
+        if let Whitening::Blocks(factors) = &self.whitening { factors } else { &[] }
     }
 
     /// Standard deviation of each shared column's coefficient.

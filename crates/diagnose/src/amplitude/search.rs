@@ -9,6 +9,7 @@ use super::profiles::Profiles;
 use super::response::{Answer, Slope};
 use super::rows::{Errors, Looseness, Rows};
 use super::settings::AmplitudeSettings;
+use super::wrong::{Wrong, log_odds};
 
 /// Iterations of a fit at most.
 const MOST_ITERATIONS: usize = 12;
@@ -70,6 +71,8 @@ pub struct Fit {
     pub errors: Option<Arc<Errors>>,
     /// The machine with the set in force that it is linear about.
     pub reference: Option<Arc<Reference>>,
+    /// Parts of a table that it calls grossly wrong.
+    pub aside: Vec<Wrong>,
 }
 
 /// The machine with causes in force, made linear.
@@ -86,9 +89,14 @@ pub struct Reference {
 }
 
 impl Fit {
+    /// Logarithm of the evidence with the price of what is set aside.
+    pub fn log_mixture(&self) -> f64 {
+        self.log_evidence + log_odds(&self.aside)
+    }
+
     /// Logarithm of the posterior, not normalised.
     pub fn log_posterior(&self) -> f64 {
-        self.log_evidence + self.log_prior
+        self.log_mixture() + self.log_prior
     }
 }
 
@@ -133,6 +141,13 @@ impl<'a> Search<'a> {
         Self { errors, residual, candidates, settings, about, profiles, all_profiles, rows }
     }
 
+    /// This search with the errors of a fit.
+    pub fn beside<'b>(&'b self, fit: &'b Fit) -> Search<'b> {
+        let errors = fit.errors.as_deref().unwrap_or(self.errors);
+        let profiles = (self.profiles, self.all_profiles);
+        Search::new(errors, self.residual, self.candidates, self.settings, self.about, profiles, Some(fit.looseness))
+    }
+
     /// This search with the errors of a fit, in which amplitudes may follow curves.
     pub fn with_errors_of<'b>(&'b self, fit: &'b Fit) -> Search<'b> {
         let errors = fit.errors.as_deref().unwrap_or(self.errors);
@@ -167,7 +182,11 @@ impl<'a> Search<'a> {
         let Some(about) = self.about else { return fit };
         let mut fit = fit;
         for place in 0..MOST_REFERENCES {
-            let Some((reference, errors)) = about(&fit.members, &fit.amplitudes, false) else { break };
+            let Some((reference, mut errors)) = about(&fit.members, &fit.amplitudes, false) else { break };
+            if let Some(own) = fit.errors.as_ref().filter(|own| !own.aside.is_empty()) {
+                // What it calls wrong stays so.
+                (errors.noise, errors.aside) = (own.noise.clone(), own.aside.clone());
+            }
             let begun = Fit { errors: Some(Arc::new(errors)), reference: Some(Arc::new(reference)), stands: false, ..fit };
             fit = self.with_errors_of(&begun).fit_from(begun.clone(), place >= CHOOSING_REFERENCES);
             let moved = fit.reference.iter().flat_map(|own| own.amplitudes.iter().zip(&fit.amplitudes)).flat_map(|(a, b)| a.iter().zip(b));
@@ -192,6 +211,7 @@ impl<'a> Search<'a> {
             stands: true,
             errors: None,
             reference: None,
+            aside: Vec::new(),
         }
     }
 
@@ -221,6 +241,7 @@ impl<'a> Search<'a> {
             };
             slopes.push(slope);
         }
+        self.errors.aside.iter().for_each(|i| residual[*i] = 0.0);
         Linear { residual, slopes }
     }
 
@@ -337,6 +358,7 @@ impl<'a> Search<'a> {
                     stands: false,
                     errors,
                     reference,
+                    aside: fit.aside.clone(),
                 });
             }
         }

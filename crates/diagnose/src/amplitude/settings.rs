@@ -33,6 +33,18 @@ pub struct AmplitudeSettings {
     pub choice_price: f64,
     /// Causes that a machine with a misfit has, expected number: the prior of a set of k is that of a Poisson count.
     pub expected_causes: f64,
+    /// Probability that a reading is grossly wrong. Chosen between those of typed numbers, of which one in two hundred is wrong, and of
+    /// numbers that a logger writes.
+    pub wrong_reading: f64,
+    /// Probability that a row is wrong as a whole: taken in another state than is stated, or shifted. Chosen: three in a thousand.
+    pub wrong_row: f64,
+    /// Probability that a sensor is wrong as a whole: broken, or fallen off. Chosen: one in a hundred.
+    pub wrong_sensor: f64,
+    /// Range in which a grossly wrong reading lies anywhere, K (um of displacements): what thermometers about machines show.
+    pub wrong_range: f64,
+    /// Share of the readings that may be wrong at most, beside the largest part that is: a row or a sensor. Chosen: with more, a table cannot
+    /// say which.
+    pub most_wrong: f64,
     /// Looseness beyond which a model without causes is wrong in some way that nothing names: numbers of a careful machine file are known to
     /// 2 %, and the heats of a test bench repeat within 3 %.
     pub usual: Looseness,
@@ -76,6 +88,11 @@ impl Default for AmplitudeSettings {
             least_share: 0.5,
             certain: 0.9,
             set: 0.95,
+            wrong_reading: 1e-3,
+            wrong_row: 3e-3,
+            wrong_sensor: 1e-2,
+            wrong_range: 100.0,
+            most_wrong: 0.25,
         }
     }
 }

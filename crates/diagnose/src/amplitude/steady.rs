@@ -77,7 +77,7 @@ impl Table<'_> {
             true => identify::steady_near(&forced.problem.study, &forced.problem.data, self.predictor.fields).ok()?.0,
             false => self.predictor.predicted.to_vec(),
         };
-        let mut values = force::shown((&forced.scales, &forced.problem.data), &values, &forced.laws, None);
+        let mut values = force::shown((&forced.scales, &forced.problem), &values, &forced.laws, None);
         for (h, course) in &courses {
             // Exchanged sensors read with the mesh's share at the other one's place.
             for (i, from) in h.relabelled(&places).into_iter().flatten().enumerate() {

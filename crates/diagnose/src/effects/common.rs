@@ -1,5 +1,5 @@
 //! What all members of a kind share: a correlation for every film, a supply for every heat, a paint on every surface, a torque
-//! for every joint, the chiller before every circuit. Its derivative and its lines are those of all members together.
+//! for every joint, the chiller before every circuit and its pump. Its derivative and its lines are those of all members together.
 
 use super::words::Quantity;
 use super::{Contact, Effect, Family, Flow, Heat, Hypothesis, Law, Linearised, Lines, MachineEdit, Radiation, Site, Told};
@@ -20,10 +20,12 @@ pub enum Common {
     Contacts,
     /// Inlet temperatures of all circuits, K.
     Inlets,
+    /// Flows of all circuits, logarithm: one pump, or flow meters in another unit.
+    Flows,
 }
 
 impl Common {
-    const ALL: [Self; 5] = [Self::Films, Self::Heats, Self::Emissivities, Self::Contacts, Self::Inlets];
+    const ALL: [Self; 6] = [Self::Films, Self::Heats, Self::Emissivities, Self::Contacts, Self::Inlets, Self::Flows];
 
     /// The effects of the members, each of which is a cause of its own too.
     fn members(self, study: &Study) -> Vec<Effect> {
@@ -33,10 +35,11 @@ impl Common {
             Self::Heats => (0..machine.sources.len()).map(|s| Heat::Source(s).into()).collect(),
             Self::Emissivities => Radiation::emissivities(study).into_iter().map(Effect::from).collect(),
             Self::Contacts => Contact::scalable(study).into_iter().map(Effect::from).collect(),
-            // What another circuit feeds has no inlet temperature of its own.
-            Self::Inlets => {
-                let fed_from_without = |c: &usize| machine.circuits[*c].intake.feeders().is_empty();
-                (0..machine.circuits.len()).filter(fed_from_without).map(|c| Flow::Inlet(c).into()).collect()
+            // What another circuit feeds has no inlet temperature and no flow of its own.
+            Self::Inlets | Self::Flows => {
+                let fed_from_without = (0..machine.circuits.len()).filter(|c| machine.circuits[*c].intake.feeders().is_empty());
+                let of: fn(usize) -> Flow = if self == Self::Inlets { Flow::Inlet } else { Flow::Rate };
+                fed_from_without.map(|c| of(c).into()).collect()
             }
         }
     }
@@ -49,6 +52,7 @@ impl Common {
             Self::Emissivities => "all emissivities",
             Self::Contacts => "all contacts",
             Self::Inlets => "all inlets",
+            Self::Flows => "all flows",
         }
     }
 }
@@ -83,9 +87,10 @@ impl Family for Common {
     fn disturbance(&self, at: &Linearised<'_, '_>) -> Option<Disturbance> {
         let mut sum = Disturbance::default();
         for member in self.members(at.at.study) {
-            let Disturbance { rows, inlets } = member.family().disturbance(at)?;
+            let Disturbance { rows, inlets, surroundings } = member.family().disturbance(at)?;
             sum.rows.extend(rows);
             sum.inlets.extend(inlets);
+            sum.surroundings += surroundings;
         }
         Some(sum)
     }
@@ -101,6 +106,7 @@ impl Family for Common {
     fn sentence(&self, told: &Told<'_>) -> String {
         match self {
             Self::Inlets => format!("the water enters all circuits {}: the chiller and its line", told.warmer()),
+            Self::Flows => format!("all flows are {} times what is stated", told.range("")),
             _ => format!("{} are {} times what the machine file says", self.name(), told.range("")),
         }
     }

@@ -86,6 +86,8 @@ families! {
     leak: Leak,
     /// What all members of a kind share: films, heats, emissivities, contacts, inlets.
     common: Common,
+    /// Columns of the table that state a temperature around the machine.
+    variable: Variable,
     /// Sensors' own errors.
     sensor: Sensor,
     /// Numbers of the file that are uncertain themselves.
@@ -400,8 +402,8 @@ impl Hypothesis {
     }
 
     /// What it does to predicted readings (rows, then sensors) beside the machine: sensors' own errors.
-    pub fn read(&self, scales: &Scales, data: &Data, predicted: &[f64], amplitude: f64) -> Vec<f64> {
-        self.sensor().map_or_else(|| predicted.to_vec(), |sensor| sensor.read((self.law, scales), data, predicted, amplitude))
+    pub fn read(&self, (scales, machine): (&Scales, &Machine), data: &Data, predicted: &[f64], amplitude: f64) -> Vec<f64> {
+        self.sensor().map_or_else(|| predicted.to_vec(), |sensor| sensor.read(((self.law, scales), machine), data, predicted, amplitude))
     }
 }
 

@@ -8,6 +8,9 @@ const RARE: f64 = 0.1;
 /// that the model lacks than what conducts.
 const TABLED: f64 = 0.25;
 
+/// Largest share of the surroundings in what a sensor shows: it must feel something of its place.
+const MOST_OF_SHARES: f64 = 0.99;
+
 impl Hypothesis {
     /// The same as a number of the file that is inexact by this standard deviation, beside a cause.
     pub(crate) fn inexact_by(self, scale: f64) -> Self {
@@ -54,7 +57,11 @@ impl Hypothesis {
 
     /// Largest amplitude that is fitted.
     pub fn largest(&self) -> f64 {
-        if self.unit.starts_with("ln") { 4.0 } else { 50.0 * self.scale }
+        match self.unit {
+            unit if unit.starts_with("ln") => 4.0,
+            "share" => MOST_OF_SHARES,
+            _ => 50.0 * self.scale,
+        }
     }
 
     /// Least and largest amplitude: no factor goes beyond what it can reach, as an emissivity that of a black surface.

@@ -127,7 +127,7 @@ impl Family for Radiation {
     fn disturbance(&self, at: &Linearised<'_, '_>) -> Option<Disturbance> {
         let chamber = &at.machine().chamber;
         match *self {
-            Self::Chamber => at.along(),
+            Self::Chamber => Some(Disturbance { surroundings: 1.0, ..at.along()? }),
             Self::Gas => {
                 let Some(Prepared::Surfaces(surfaces)) = at.prepared else { return None };
                 let wall = at.load().chamber;

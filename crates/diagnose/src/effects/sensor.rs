@@ -17,8 +17,10 @@ use coldplate_base::units::Measurand;
 /// Standard deviation of an offset that a sensor may have unnoticed, K: a resistance thermometer of class B is within 0.3 K at room temperature
 /// (IEC 60751), a thermocouple and its cold end within half a kelvin.
 const OFFSET: f64 = 0.3;
-/// The same of its gain: a reading far from where it was calibrated is off by one per cent.
+/// Standard deviation of a gain that a sensor may have unnoticed: a reading far from where it was calibrated is off by one per cent.
 const GAIN: f64 = 0.01;
+/// Share of the surroundings in what a sensor shows that is badly glued or taped. Chosen: well glued ones show a hundredth, loose ones a third.
+const ATTACHED_BADLY: f64 = 0.1;
 
 /// Errors of sensors, by their columns in the data.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -27,6 +29,8 @@ pub enum Sensor {
     Offset(usize),
     /// Gain, relative, counted from 20 degC.
     Gain(usize),
+    /// Share of the temperature of the surroundings in what it shows: a sensor that is badly attached.
+    Surroundings(usize),
     /// Time constant, s; logs only.
     Lag(usize),
     /// Offset of all of them, K: the scanner.
@@ -49,6 +53,7 @@ impl Family for Sensor {
             found.push(Hypothesis::signed(Self::Offset(k), name, none(), OFFSET, "K"));
             if site.data.rows.len() > 1 {
                 found.push(Hypothesis::signed(Self::Gain(k), name, none(), GAIN, "relative").under(Law::Temperature));
+                found.push(Hypothesis::positive(Self::Surroundings(k), name, none(), ATTACHED_BADLY, "share"));
             }
             if site.data.is_transient() {
                 found.push(Hypothesis::positive(Self::Lag(k), name, none(), 60.0, "s"));
@@ -64,6 +69,7 @@ impl Family for Sensor {
         match self {
             Self::Offset(_) => "sensor offset",
             Self::Gain(_) => "sensor gain",
+            Self::Surroundings(_) => "badly attached sensor",
             Self::Lag(_) => "sensor lag",
             Self::All => "all sensors",
             Self::Swap(..) => "swapped sensors",
@@ -81,7 +87,7 @@ impl Family for Sensor {
     }
 
     fn says_when(&self) -> bool {
-        matches!(self, Self::Offset(_) | Self::Gain(_) | Self::All)
+        matches!(self, Self::Offset(_) | Self::Gain(_) | Self::Surroundings(_) | Self::All)
     }
 
     fn quantity(&self, _law: Law) -> Quantity {
@@ -89,7 +95,7 @@ impl Family for Sensor {
             Self::Offset(_) | Self::All => Quantity::plain("offset", "K"),
             Self::Gain(_) => Quantity::grown("factor"),
             Self::Lag(_) => Quantity::plain("time_constant", "s"),
-            Self::Swap(..) => Quantity::plain("share", "1"),
+            Self::Surroundings(_) | Self::Swap(..) => Quantity::plain("share", "1"),
         }
     }
 
@@ -98,6 +104,9 @@ impl Family for Sensor {
         match self {
             Self::Offset(_) => format!("the sensor {place} reads too high by {}{law}", told.range(" K")),
             Self::Gain(_) => format!("the sensor {place} has a gain of {}{law}", told.range("")),
+            Self::Surroundings(_) => {
+                format!("the sensor {place} is badly attached: {} of what it shows is the temperature of the surroundings{law}", told.range(""))
+            }
             Self::Lag(_) => format!("the sensor {place} lags by {}", told.range(" s")),
             Self::All => format!("all sensors read too high by {}: the scanner{law}", told.range(" K")),
             Self::Swap(..) => format!("the sensors {} are exchanged", told.both_places()),
@@ -111,6 +120,7 @@ impl Sensor {
         match self {
             Self::Offset(k) => Self::Offset(to(k)),
             Self::Gain(k) => Self::Gain(to(k)),
+            Self::Surroundings(k) => Self::Surroundings(to(k)),
             Self::Lag(k) => Self::Lag(to(k)),
             Self::All => Self::All,
             Self::Swap(a, b) => Self::Swap(to(a), to(b)),
@@ -150,6 +160,7 @@ impl Sensor {
         let (column, changed): (usize, fn(SensorResponse, f64) -> SensorResponse) = match self {
             Self::Offset(k) => (k, SensorResponse::with_offset),
             Self::Gain(k) => (k, SensorResponse::with_gain),
+            Self::Surroundings(k) => (k, SensorResponse::with_surroundings),
             Self::Lag(k) => (k, SensorResponse::with_lag),
             Self::All => return (0..data.names.len()).flat_map(|k| Self::Offset(k).response(machine, data, amplitude)).collect(),
             Self::Swap(..) => return Vec::new(),
@@ -157,6 +168,7 @@ impl Sensor {
         let before = machine.sensors[data.sensors[column]].shows;
         let after = changed(before, amplitude);
         let numbers = [
+            ("surroundings_share", before.surroundings, after.surroundings, ""),
             ("lag", before.lag, after.lag, " s"),
             ("offset", before.offset, after.offset, " K"),
             ("gain", before.gain, after.gain, ""),
@@ -170,7 +182,7 @@ impl Sensor {
     }
 
     /// What it makes of predicted readings (rows, then sensors), K, under a law.
-    pub fn read(self, law: (Law, &Scales), data: &Data, predicted: &[f64], amplitude: f64) -> Vec<f64> {
+    pub fn read(self, (law, machine): ((Law, &Scales), &Machine), data: &Data, predicted: &[f64], amplitude: f64) -> Vec<f64> {
         let places = whiten::places(data);
         let now = at_rows(law, data, amplitude);
         let mut found = predicted.to_vec();
@@ -178,7 +190,12 @@ impl Sensor {
         match self {
             Self::Offset(k) => own(k).for_each(|(i, (r, _))| found[i] += now[*r]),
             Self::All => found.iter_mut().zip(&places).for_each(|(value, (r, _))| *value += now[*r]),
-            Self::Gain(k) => own(k).for_each(|(i, (r, _))| found[i] = SensorResponse::default().with_gain(now[*r]).settled(found[i])),
+            Self::Gain(k) => own(k).for_each(|(i, (r, _))| found[i] = SensorResponse::default().with_gain(now[*r]).settled(found[i], 0.0)),
+            // Every condition of the data has been solved: its surroundings have a temperature.
+            Self::Surroundings(k) => own(k).for_each(|(i, (r, _))| {
+                let around = machine.surroundings(&data.rows[*r].condition).unwrap_or(found[i]);
+                found[i] += now[*r] * (around - found[i]);
+            }),
             Self::Swap(..) => {
                 let others = self.relabelled(&places).unwrap_or_default();
                 let moved = others.iter().zip(&places).enumerate();

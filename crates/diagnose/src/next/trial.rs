@@ -193,7 +193,12 @@ fn outlook(
             return Err(Error::input("the machine file has no words for this cause"));
         };
         let values = if cause.hypothesis.is_sensor() { without.clone() } else { run(&prepared(&study)?)? };
-        let with = moved(cause.hypothesis.clone(), problem).read(predictor.scales, &data, &values, cause.amplitude);
+        let with = moved(cause.hypothesis.clone(), problem).read(
+            (predictor.scales, &problem.study.model.machine),
+            &data,
+            &values,
+            cause.amplitude,
+        );
         slopes.push((&cause.hypothesis, with.iter().zip(&without).map(|(w, o)| (w - o) / cause.amplitude).collect()));
     }
     let slope = |cause: &Cause| slopes.iter().find(|(h, _)| h.is_same(&cause.hypothesis)).map(|(_, slope)| slope.as_slice());

@@ -46,7 +46,7 @@ pub use interval::{ParameterRange, axis};
 pub use learnt::SensorError;
 pub use mesh::{MeshShare, continued};
 pub use predict::{TIME_TOLERANCE, histories, predict, predict_within, values, values_within};
-pub use prediction::{Prediction, own_key};
+pub use prediction::{Prediction, own_key, surroundings_slope};
 pub use profile::{ParameterProfile, profile, profile_heard};
 pub use runs::Runs;
 pub use scan::{MisfitScan, scan};

@@ -141,7 +141,7 @@ fn logs(
         };
         // A sensor's response does not act on the temperature of its place.
         let moved = match own_key(p, data) {
-            Some(_) => in_rows(data, &shown(&study, data, &temperatures)),
+            Some(_) => in_rows(data, &shown(&study, data, None, &temperatures)?),
             None => run_logs(&study, data, start, None, beside)?.values,
         };
         Ok(moved.iter().zip(&values).map(|(a, b)| (a - b) / step).collect())
@@ -216,7 +216,7 @@ pub fn histories(study: &Study, data: &Data, start: Start, tolerance: f64) -> Re
     let values = if tests.iter().any(|test| is_long(study, data, test)) {
         values_within(study, data, start, tolerance)?
     } else {
-        in_rows(data, &shown(study, data, &found))
+        in_rows(data, &shown(study, data, None, &found)?)
     };
     Ok((values, moments))
 }
@@ -236,9 +236,10 @@ fn beginning(machine: &Machine, data: &Data, rows: &[&ReadingRow], start: Start)
         return Ok((start, Vec::new()));
     }
     // A sensor that has settled shows the temperature of its place by its response.
+    let surroundings = rows.first().map_or(Ok(0.0), |row| machine.surroundings(&row.condition))?;
     let of = |(s, reading): (&usize, &Option<f64>)| {
         let sensor = &machine.sensors[*s];
-        reading.filter(|_| sensor.measurand() == Measurand::Temperature).map(|r| (sensor, sensor.shows.temperature(r)))
+        reading.filter(|_| sensor.measurand() == Measurand::Temperature).map(|r| (sensor, sensor.shows.temperature(r, surroundings)))
     };
     let first: Vec<(&Sensor, f64)> = rows.first().map_or(Vec::new(), |row| data.sensors.iter().zip(&row.readings).filter_map(of).collect());
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
@@ -286,15 +287,28 @@ pub(super) fn run_logs(study: &Study, data: &Data, start: Start, shift: Option<(
     let tests = data.tests();
     let run = |test: &String| run_log(study, data, test, start, shift, pace, None);
     let (temperatures, steps): (Courses, Vec<Vec<f64>>) = tests.par_iter().map(run).collect::<Result<Vec<_>>>()?.into_iter().unzip();
-    let values = in_rows(data, &shown(study, data, &temperatures));
+    let values = in_rows(data, &shown(study, data, shift, &temperatures)?);
     Ok(Ran { values, temperatures, steps: tests.into_iter().zip(steps).collect() })
 }
 
-/// Readings that a machine's sensors show at the temperatures of their places, K.
-fn shown(study: &Study, data: &Data, temperatures: &Courses) -> Courses {
-    let times = |test: &String| data.rows.iter().filter(|row| row.test == *test).map(|row| row.time.unwrap_or(0.0)).collect::<Vec<f64>>();
-    let of = |(test, course): (&String, &Vec<Vec<f64>>)| simulate::shown(&study.model.machine, &times(test), course);
+/// Readings that a machine's sensors show at the temperatures of their places, K; `shift` adds to one variable (SI) throughout.
+fn shown(study: &Study, data: &Data, shift: Option<(usize, f64)>, temperatures: &Courses) -> Result<Courses> {
+    let of = |(test, course): (&String, &Vec<Vec<f64>>)| {
+        let rows = || data.rows.iter().filter(|row| row.test == *test);
+        let times: Vec<f64> = rows().map(|row| row.time.unwrap_or(0.0)).collect();
+        let conditions: Vec<Condition> = rows().map(|row| Condition::from_si(shifted(row, shift))).collect();
+        simulate::shown(&study.model.machine, &times, &conditions, course)
+    };
     data.tests().iter().zip(temperatures).map(of).collect()
+}
+
+/// Values of the variables in a row, SI; `shift` adds to one of them.
+fn shifted(row: &ReadingRow, shift: Option<(usize, f64)>) -> Vec<f64> {
+    let mut values = row.condition.si().to_vec();
+    if let Some((v, step)) = shift {
+        values[v] += step;
+    }
+    values
 }
 
 /// Runs one test; `shift` adds to one variable (SI) throughout. Returns the temperatures of all sensors' places at each of its rows, and the ends of the steps. Without an
@@ -309,13 +323,7 @@ fn run_log(
     mut seen: Option<&mut dyn FnMut(&RunInstant<'_>)>,
 ) -> Result<(Vec<Vec<f64>>, Vec<f64>)> {
     let rows: Vec<&ReadingRow> = data.rows.iter().filter(|row| row.test == *test).collect();
-    let moved = |row: &&ReadingRow| {
-        let mut values = row.condition.si().to_vec();
-        if let Some((v, step)) = shift {
-            values[v] += step;
-        }
-        schedule::Breakpoint { time: row.time.unwrap_or(0.0), values }
-    };
+    let moved = |row: &&ReadingRow| schedule::Breakpoint { time: row.time.unwrap_or(0.0), values: shifted(row, shift) };
     let schedule = Schedule::from_rows(rows.iter().map(moved).collect(), &data.held)?;
     let (start, places) = beginning(&study.model.machine, data, &rows, start)?;
     let options = simulate::SimulateOptions {

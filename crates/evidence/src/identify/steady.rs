@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::prediction::{Prediction, own_key};
+use super::prediction::{Prediction, own_key, surroundings_slope};
 use crate::measurement::Data;
 use crate::measurement::whiten::places;
 use coldplate_base::error::Result;
@@ -98,7 +98,7 @@ pub fn steady_within(study: &Study, data: &Data, near: &[Vec<f64>], within: f64)
     let fields = fields(study, &distinct, &loads, near, within)?;
     let read = |(field, load): (&Vec<f64>, &Load)| -> Vec<f64> {
         let places = model.network.sensors.iter().zip(&model.machine.sensors);
-        places.map(|(at, s)| s.shows.settled(at.read(field, load))).collect()
+        places.map(|(at, s)| s.shows.settled(at.read(field, load), load.chamber)).collect()
     };
     let found: Vec<Vec<f64>> = fields.iter().zip(&loads).map(read).collect();
     Ok((places(data).into_iter().map(|(r, k)| found[index[r]][data.sensors[k]]).collect(), fields))
@@ -121,19 +121,23 @@ pub(super) fn steady(study: &Study, data: &Data, parameters: &[MachineParameter]
     let sensors = &study.model.network.sensors;
     let responses: Vec<SensorResponse> = data.sensors.iter().map(|s| study.model.machine.sensors[*s].shows).collect();
     let own: Vec<Option<(usize, String)>> = all.iter().map(|p| own_key(p, data)).collect();
-    let shown = |temperatures: &[f64]| responses.iter().zip(temperatures).map(|(r, t)| r.settled(*t)).collect::<Vec<f64>>();
+    let shown =
+        |temperatures: &[f64], around: f64| responses.iter().zip(temperatures).map(|(r, t)| r.settled(*t, around)).collect::<Vec<f64>>();
     let at = |point: &Derivatives<'_>| -> Result<(Vec<f64>, Vec<Vec<f64>>)> {
         let read: Vec<f64> = data.sensors.iter().map(|s| sensors[*s].read(&point.state.solution.temperatures, &point.state.load)).collect();
         let mut slopes = point.jacobian_of(&targets, &variations)?.slopes;
+        let around = point.state.load.chamber;
+        let condition = Condition::from_si(point.state.load.variables.clone());
+        let of_surroundings = all.iter().map(|p| surroundings_slope(study, p, &condition)).collect::<Result<Vec<f64>>>()?;
         for (k, row) in slopes.iter_mut().enumerate() {
-            for (slope, own) in row.iter_mut().zip(&own) {
-                *slope *= responses[k].gain;
+            for ((slope, own), of_surroundings) in row.iter_mut().zip(&own).zip(&of_surroundings) {
+                *slope = *slope * responses[k].of_place() + responses[k].of_surroundings() * of_surroundings;
                 if let Some((_, key)) = own.as_ref().filter(|(sensor, _)| *sensor == k) {
-                    *slope += SensorResponse::slope(key, read[k]).unwrap_or(0.0);
+                    *slope += responses[k].slope(key, read[k], around).unwrap_or(0.0);
                 }
             }
         }
-        Ok((shown(&read), slopes))
+        Ok((shown(&read, around), slopes))
     };
     let found: Vec<(Vec<f64>, Vec<Vec<f64>>)> = points.par_iter().map(at).collect::<Result<_>>()?;
     let p = parameters.len();

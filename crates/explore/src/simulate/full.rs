@@ -305,7 +305,7 @@ impl<'a> FullRun<'a> {
                     format!("formulas have more kinks between {from:.0} s and {until:.0} s than are looked for: short pulses may be lost")
                 }))
                 .collect(),
-            ..self.recorder.history(Some(&self.model.machine), None)
+            ..self.recorder.history(Some(&self.model.machine), None)?
         })
     }
 }

@@ -242,14 +242,21 @@ struct Stop {
     segment: ScheduleSegment,
 }
 
-/// Readings of a machine's sensors at the temperatures of their places (K, all sensors at each of ascending times, s).
-pub fn shown(machine: &Machine, times: &[f64], temperatures: &[Vec<f64>]) -> Vec<Vec<f64>> {
+/// Readings of a machine's sensors at the temperatures of their places (K, all sensors at each of ascending times, s) under the conditions
+/// of these times.
+///
+/// # Errors
+/// The temperature of the surroundings, which some sensor takes on in part, cannot be found.
+pub fn shown(machine: &Machine, times: &[f64], conditions: &[Condition], temperatures: &[Vec<f64>]) -> Result<Vec<Vec<f64>>> {
     let mut readings = temperatures.to_vec();
+    let takes_part = machine.sensors.iter().any(|sensor| sensor.shows.surroundings != 0.0);
+    let of = |condition: &Condition| if takes_part { machine.surroundings(condition) } else { Ok(0.0) };
+    let surroundings: Vec<f64> = conditions.iter().map(of).collect::<Result<_>>()?;
     for (s, sensor) in machine.sensors.iter().enumerate().filter(|(_, sensor)| !sensor.shows.is_ideal()) {
         let course: Vec<f64> = temperatures.iter().map(|row| row[s]).collect();
-        readings.iter_mut().zip(sensor.shows.course(times, &course)).for_each(|(row, shown)| row[s] = shown);
+        readings.iter_mut().zip(sensor.shows.course(times, &course, &surroundings)).for_each(|(row, shown)| row[s] = shown);
     }
-    readings
+    Ok(readings)
 }
 
 /// The condition recorded at a stop: behind the step, if there is one.

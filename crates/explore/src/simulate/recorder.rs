@@ -5,6 +5,7 @@ use super::passing::Passing;
 use super::settle::Settling;
 use super::{History, SimulateOptions, Stop, condition_at, shown};
 use crate::schedule::Schedule;
+use coldplate_base::error;
 use coldplate_describe::machine::{Condition, Machine};
 use coldplate_solve::transient::Energy;
 
@@ -84,21 +85,23 @@ impl<'a> Recorder<'a> {
 
     /// History of the whole run, without the numbers of the solver: steps, energy, and notes. Sensors of `machine` respond in
     /// their own way; `bounds` holds those of all readings at each stop (K or um).
-    pub(super) fn history(mut self, machine: Option<&Machine>, bounds: Option<Vec<Vec<f64>>>) -> History {
+    pub(super) fn history(mut self, machine: Option<&Machine>, bounds: Option<Vec<Vec<f64>>>) -> error::Result<History> {
         self.corner();
         let Observations { readings: temperatures, heat_flows, steady, settling, passing } = self.seen;
         let times: Vec<f64> = self.stops.iter().map(|stop| stop.time).collect();
         let (passes, limits) = self.limits.found(&passing, bounds.as_ref().map(|bounds| Bounds { times: &times, bounds }).as_ref());
         let settled = settling.settled(self.schedule.start(), steady.is_ok());
+        let conditions: Vec<Condition> = self.stops.iter().map(|stop| condition_at(self.schedule, stop)).collect();
         let (readings, steady) = match machine {
             Some(machine) => {
-                let settled = |t: Vec<f64>| machine.sensors.iter().zip(t).map(|(sensor, t)| sensor.shows.settled(t)).collect();
-                (shown(machine, &times, &temperatures), steady.map(settled))
+                let around = machine.surroundings(&self.schedule.last_condition())?;
+                let settled = |t: Vec<f64>| machine.sensors.iter().zip(t).map(|(sensor, t)| sensor.shows.settled(t, around)).collect();
+                (shown(machine, &times, &conditions, &temperatures)?, steady.map(settled))
             }
             None => (temperatures.clone(), steady),
         };
-        History {
-            conditions: self.stops.iter().map(|stop| condition_at(self.schedule, stop)).collect(),
+        Ok(History {
+            conditions,
             times,
             readings,
             temperatures,
@@ -114,7 +117,7 @@ impl<'a> Recorder<'a> {
             bounds,
             resumed_at: None,
             notes: Vec::new(),
-        }
+        })
     }
 }
 

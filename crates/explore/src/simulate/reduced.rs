@@ -80,6 +80,6 @@ pub fn run_reduced(model: &ReducedModel, schedule: &Schedule, options: &Simulate
     Ok(History {
         steps: course.steps,
         notes: outside(schedule, |condition| model.is_inside(condition)).into_iter().collect(),
-        ..recorder.history(Some(&model.machine), Some(bounds))
+        ..recorder.history(Some(&model.machine), Some(bounds))?
     })
 }

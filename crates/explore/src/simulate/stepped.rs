@@ -113,7 +113,7 @@ pub fn run_stepped(model: &mut dyn Stepper, schedule: &Schedule, options: &Simul
     Ok(History {
         steps,
         notes: outside(schedule, |condition| model.is_inside(condition)).into_iter().collect(),
-        ..recorder.history(None, Some(bounds))
+        ..recorder.history(None, Some(bounds))?
     })
 }
 

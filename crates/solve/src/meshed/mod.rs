@@ -133,11 +133,11 @@ impl MeshedMachine {
         limit_states(&self.machine, &self.read(state), &state.load.variables)
     }
 
-    /// Values (degC) that sensors with a gain or offset of their own show in a state, by name.
+    /// Values (degC) that sensors with an error of their own show in a state, by name.
     pub fn shown(&self, state: &SteadyState) -> Vec<(String, f64)> {
         let sensors = self.machine.sensors.iter().zip(self.read(state));
-        let own = sensors.filter(|(s, t)| s.shows.settled(*t) != *t);
-        own.map(|(s, t)| (s.name.clone(), s.measurand().shown(s.shows.settled(t)))).collect()
+        let settled = sensors.map(|(s, t)| (s, t, s.shows.settled(t, state.load.chamber)));
+        settled.filter(|(_, t, shown)| shown != t).map(|(s, _, shown)| (s.name.clone(), s.measurand().shown(shown))).collect()
     }
 
     /// Temperatures of the places of all sensors in a state, degC, and displacements, um, in the machine's order.

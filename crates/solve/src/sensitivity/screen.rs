@@ -24,6 +24,8 @@ pub struct Disturbance {
     pub rows: Vec<(u32, f64)>,
     /// Inlet temperatures of circuits, K per unit.
     pub inlets: Vec<(usize, f64)>,
+    /// Temperature of the surroundings, K per unit: some sensors take part of it on.
+    pub surroundings: f64,
 }
 
 impl Disturbance {
@@ -42,6 +44,7 @@ impl Disturbance {
     pub fn times(mut self, factor: f64) -> Self {
         self.rows.iter_mut().for_each(|(_, r)| *r *= factor);
         self.inlets.iter_mut().for_each(|(_, d)| *d *= factor);
+        self.surroundings *= factor;
         self
     }
 
@@ -78,7 +81,7 @@ impl<'a> Screen<'a> {
     /// Residual of some nodes, W per unit. Nodes that are held have no balance to disturb.
     pub fn disturbance(&self, rows: impl IntoIterator<Item = (u32, f64)>) -> Disturbance {
         let rows = rows.into_iter().filter(|(node, r)| *r != 0.0 && self.is_free(*node)).collect();
-        Disturbance { rows, inlets: Vec::new() }
+        Disturbance { rows, inlets: Vec::new(), surroundings: 0.0 }
     }
 
     /// Whether a node's temperature is not held.

@@ -3,6 +3,14 @@
 use super::{CELSIUS, KELVIN, MICROMETRES, SECONDS, TRIPLE, flow::COORDINATES};
 use crate::schema::{ChangeReach, Key, KeyTable, Unstated, ValueForm};
 
+/// Share of the surroundings in the temperature that a sensor takes on.
+pub(in crate::machine) const SURROUNDINGS_SHARE: Key = Key::new(
+    "surroundings_share",
+    ValueForm::Number,
+    "share of the chamber's temperature in what it takes on, 0 to below 1: a sensor that is badly attached; the rest is that of its place",
+)
+.or(Unstated::Si(0.0))
+.reaching(ChangeReach::Report);
 /// First-order lag of a sensor behind the temperature of its place.
 pub(in crate::machine) const LAG: Key = Key::new(
     "lag",
@@ -35,6 +43,7 @@ pub(super) const SENSOR: KeyTable = KeyTable {
         Key::new("node", ValueForm::Name("node"), "temperature of a lumped node"),
         Key::new("inlet", ValueForm::Name("channel"), "water that enters a channel"),
         Key::new("outlet", ValueForm::Name("channel"), "water that leaves a channel"),
+        SURROUNDINGS_SHARE,
         LAG,
         OFFSET,
         GAIN,

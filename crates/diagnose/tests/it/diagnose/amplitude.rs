@@ -250,13 +250,14 @@ pub fn table_of(
 }
 
 /// The set in front, told for who reads a failure.
-fn front(name: &str, problem: &Problem) -> PlaceSet {
+pub(super) fn front(name: &str, problem: &Problem) -> PlaceSet {
     let found = places(problem, &AmplitudeSettings::default(), &Silent).unwrap();
     for set in found.sets.iter().take(3) {
         let of = |own: &PlaceAndKind| {
             format!("{} over {:?}, free {}: {:.2?}", own.hypothesis.kind_and_place(), own.over, own.is_free, own.amplitudes)
         };
-        println!("{name}: {:.3} lead {:.1}; {:?}", set.probability, set.lead, set.members.iter().map(of).collect::<Vec<_>>());
+        let members: Vec<String> = set.members.iter().map(of).collect();
+        println!("{name}: {:.3} lead {:.1}; {members:?}; aside {:?}", set.probability, set.lead, set.aside);
     }
     found.sets[0].clone()
 }

@@ -2,10 +2,13 @@
 //! fit. Here every candidate of every shipped machine has its derivative compared with the program run on its own lines,
 //! written out and read again as text.
 
+use std::collections::BTreeSet;
+
 use coldplate_base::document::Document;
 use coldplate_base::error::Result;
 use coldplate_describe::machine::Condition;
 use coldplate_diagnose::{Effect, Hypothesis, Law, Scales, UserKind, hypotheses, signatures};
+use coldplate_evidence::identify;
 use coldplate_evidence::measurement::{Data, ReadingRow};
 use coldplate_explore::simulate::Start;
 use coldplate_physics::gas;
@@ -85,7 +88,9 @@ impl Case {
         let of = |row: &ReadingRow| -> Result<Vec<f64>> {
             let at = study.at(&row.condition)?;
             let (network, state) = (&study.model.network, &at.state);
-            Ok(network.sensors.iter().map(|s| s.read(&state.solution.temperatures, &state.load)).collect())
+            let places = network.sensors.iter().map(|s| s.read(&state.solution.temperatures, &state.load));
+            let shown = places.zip(&study.model.machine.sensors).map(|(place, s)| s.shows.settled(place, state.load.chamber));
+            Ok(shown.collect())
         };
         Ok(self.data.rows.iter().map(of).collect::<Result<Vec<_>>>()?.concat())
     }
@@ -97,8 +102,9 @@ impl Case {
         if lines(step)?.is_none() {
             return Ok(None);
         }
+        let machine = &self.study.model.machine;
         let at = |amplitude: f64| -> Result<Vec<f64>> {
-            Ok(h.read(scales, &self.data, &self.run(&lines(amplitude)?.unwrap_or_default())?, amplitude))
+            Ok(h.read((scales, machine), &self.data, &self.run(&lines(amplitude)?.unwrap_or_default())?, amplitude))
         };
         let slope = |(more, less): (&Vec<f64>, &Vec<f64>), width: f64| -> Vec<f64> {
             more.iter().zip(less).map(|(a, b)| (a - b) / width).collect()
@@ -168,6 +174,47 @@ impl Case {
     }
 }
 
+/// The surroundings follow both temperatures of the table, and a sensor takes part of theirs on.
+fn badly_attached() -> Case {
+    let mixed = ("chamber.temperature", "\"0.5 * ambient_temperature_degC + 0.5 * coolant_temperature_degC\"");
+    Case::new("slab", &[mixed, ("sensor.block.surroundings_share", "0.3"), ("sensor.block.gain", "0.9")], 300, &[0.4, 0.8])
+}
+
+/// Slopes of the readings in a sensor's share of the surroundings and in the conditions, beside differences.
+#[test]
+fn what_a_sensor_takes_on_of_its_surroundings_has_its_slopes() {
+    let Case { study, data, .. } = badly_attached();
+    let share = study.parameter("sensor.block.surroundings_share").unwrap();
+    let found = identify::predict(&study, &data, std::slice::from_ref(&share), Start::Steady).unwrap();
+    let near = |name: &str, slopes: &[f64], (more, less): (Vec<f64>, Vec<f64>), step: f64| {
+        for (slope, (m, l)) in slopes.iter().zip(more.iter().zip(&less)) {
+            let difference = (m - l) / (2.0 * step);
+            assert!((slope - difference).abs() < 1e-3 * difference.abs() + 1e-4, "{name}: {slope} for {difference}");
+        }
+    };
+    let values = |study: &Study, data: &Data| identify::values(study, data, Start::Steady).unwrap();
+    let with = |value: f64| values(&study.with(&[(&share, value)]).unwrap(), &data);
+    let column = |slopes: &[Vec<f64>], p: usize| slopes.iter().map(|row| row[p]).collect::<Vec<f64>>();
+    near("share", &column(&found.slopes, 0), (with(0.31), with(0.29)), 0.01);
+    let scales = Scales::of(&data, &study.model.machine);
+    let signatures = signatures(&study, &data, Start::Steady, std::slice::from_ref(&share), &[], &scales, &[]).unwrap();
+    near("share", &column(&signatures.prediction.slopes, 0), (with(0.31), with(0.29)), 0.01);
+    for (v, variable) in study.model.machine.variables.iter().enumerate().filter(|(_, own)| own.dimension.is_absolute()) {
+        let moved = |by: f64| {
+            let mut data = data.clone();
+            for row in &mut data.rows {
+                let mut values = row.condition.si().to_vec();
+                values[v] += by;
+                row.condition = Condition::from_si(values);
+            }
+            values(&study, &data)
+        };
+        for slopes in [&found.conditions, &signatures.prediction.conditions] {
+            near(&variable.name, &column(slopes, v), (moved(0.05), moved(-0.05)), 0.05);
+        }
+    }
+}
+
 fn norm(v: &[f64]) -> f64 {
     v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
@@ -197,6 +244,12 @@ fn derivatives_are_those_of_the_edits() {
     cases.push(Case::new("hot_water_pipe_bare", &[hot], 60, &[0.4, 0.8]));
     cases.push(Case::new("slab", &[("chamber.pressure", "\"0 Pa\""), ("part.plate.surface", "\"none\"")], 300, &[0.4, 0.8]));
     cases.push(Case::new("spindle", &[("chamber.pressure", "\"0 Pa\""), hot], 300, &[0.4, 0.8]));
+    cases.push(badly_attached());
+    let of_case = |case: &Case| hypotheses(&case.study, &case.data, &case.user).iter().map(Hypothesis::kind).collect::<Vec<_>>();
+    let kinds: BTreeSet<&str> = cases.iter().flat_map(of_case).collect();
+    for kind in ["condition offset", "all flows", "badly attached sensor", "thermal conductivity", "uneven split"] {
+        assert!(kinds.contains(kind), "no {kind} among {kinds:?}");
+    }
     let (mut wrong, mut checked) = (Vec::new(), 0);
     for case in &cases {
         let (found, count) = case.check();

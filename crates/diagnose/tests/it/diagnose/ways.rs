@@ -160,8 +160,22 @@ fn laws_of_twins() {
                 hidden.kind, hidden.place, hidden.law, set.probability
             );
             for set in found.sets.iter().take(3) {
-                let of = |i: usize| format!("{}, {} {}", set.members[i].hypothesis.kind_and_place(), set.ways[0].causes[i].hypothesis.law_words(), set.ways[0].causes[i].amplitude / set.members[i].hypothesis.scale);
-                println!("   {:.3} {:.1} {:?} {} {}", set.probability, set.lead, (0..set.members.len()).map(of).collect::<Vec<_>>(), set.spread, set.disturbance);
+                let of = |i: usize| {
+                    format!(
+                        "{}, {} {}",
+                        set.members[i].hypothesis.kind_and_place(),
+                        set.ways[0].causes[i].hypothesis.law_words(),
+                        set.ways[0].causes[i].amplitude / set.members[i].hypothesis.scale
+                    )
+                };
+                println!(
+                    "   {:.3} {:.1} {:?} {} {}",
+                    set.probability,
+                    set.lead,
+                    (0..set.members.len()).map(of).collect::<Vec<_>>(),
+                    set.looseness.spread,
+                    set.looseness.disturbance
+                );
             }
             println!("{:?}", case.problem.data.rows.iter().map(|r| r.condition.si().to_vec()).collect::<Vec<_>>());
             continue;

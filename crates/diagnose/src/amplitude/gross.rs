@@ -1,0 +1,206 @@
+//! Gross errors: with a small probability a reading, a whole row or a whole sensor is wrong altogether, and then says nothing.
+//!
+//! Each reading y is that of the model with a probability 1 - ρ, else anywhere in a range R: p(y) = (1 - ρ) N(y) + ρ / R, and so are a row and
+//! a sensor as a whole. Of the mixture's terms the largest one counts, found within every hypothesis: the part whose density given all other
+//! readings is lowest is set aside, the set is fitted anew, and so on while its posterior grows. What is set aside pays ln ρ and the density
+//! 1 / R of each reading, so that a part is dropped only where no cause explains it better at its own price. A part that a later set explains
+//! is taken back by the same rule. A sensor that is stuck has one value anywhere in the range, and its noise about that.
+
+use std::sync::Arc;
+
+use super::evidence::Explained;
+use super::others::{Others, Predicted};
+use super::search::{Fit, Search};
+use super::settings::AmplitudeSettings;
+use super::wrong::{Part, Wrong, log_odds};
+use coldplate_evidence::measurement::{Data, whiten};
+
+/// Part of a table that one set of causes calls wrong: one reading, or all of a row, or all of a sensor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Aside {
+    /// Row of the problem's data; none for a whole sensor.
+    pub row: Option<usize>,
+    /// Column of the problem's data; none for a whole row.
+    pub sensor: Option<usize>,
+    /// Reading less what all that is not set aside says of it, K (or um); of a whole row or sensor the root mean square.
+    pub off: f64,
+    /// Value of a sensor that shows one throughout, K (or um).
+    pub stuck_at: Option<f64>,
+}
+
+/// A table in which parts may be wrong.
+pub struct Gross<'a> {
+    search: &'a Search<'a>,
+    /// Row and column of each reading in the data.
+    places: Vec<(usize, usize)>,
+    /// Every reading, K.
+    values: Vec<f64>,
+}
+
+impl<'a> Gross<'a> {
+    /// Of a search in some data.
+    pub fn new(search: &'a Search<'a>, data: &Data) -> Self {
+        Self { search, places: whiten::places(data), values: whiten::readings(data) }
+    }
+
+    fn settings(&self) -> &AmplitudeSettings {
+        self.search.settings
+    }
+
+    /// Readings of a part, rising.
+    fn readings(&self, part: Part) -> Vec<usize> {
+        let is_own = |i: &usize| match part {
+            Part::Reading(own) => *i == own,
+            Part::Row(row) => self.search.errors.row_of[*i] == row,
+            Part::Sensor(sensor) => self.places[*i].1 == sensor,
+        };
+        (0..self.places.len()).filter(is_own).collect()
+    }
+
+    /// Readings of some parts, rising.
+    fn of_all(&self, wrong: &[Wrong]) -> Vec<usize> {
+        let mut all: Vec<usize> = wrong.iter().flat_map(|wrong| self.readings(wrong.part)).collect();
+        all.sort_unstable();
+        all.dedup();
+        all
+    }
+
+    /// All parts that can be wrong; rows and sensors where these have several readings.
+    fn parts(&self) -> Vec<Wrong> {
+        let s = self.settings();
+        let odds = |part: Part, rate: f64| Wrong { part, log_odds: (rate / (1.0 - rate)).ln(), stuck_at: None };
+        let mut all: Vec<Wrong> = (0..self.places.len()).map(|i| odds(Part::Reading(i), s.wrong_reading)).collect();
+        let rows = self.search.errors.row_of.last().map_or(0, |last| last + 1);
+        let sensors = self.places.iter().map(|(_, k)| k + 1).max().unwrap_or(0);
+        let whole = (0..rows).map(|r| odds(Part::Row(r), s.wrong_row));
+        let whole = whole.chain((0..sensors).map(|k| self.or_stuck(odds(Part::Sensor(k), s.wrong_sensor))));
+        all.extend(whole.filter(|wrong| self.readings(wrong.part).len() > 1));
+        all
+    }
+
+    /// A wrong sensor as a stuck one where its readings are more probable so. With their noise σ about one value in the range R, of which
+    /// they leave open τ² = 1 / Σ σ⁻², their density is that of the noise about their mean times τ √2π / R.
+    fn or_stuck(&self, wrong: Wrong) -> Wrong {
+        let readings = self.readings(wrong.part);
+        let noise = |i: &usize| self.search.errors.noise[*i];
+        let weight: f64 = readings.iter().map(|i| noise(i).powi(-2)).sum();
+        let mean = readings.iter().map(|i| self.values[*i] * noise(i).powi(-2)).sum::<f64>() / weight;
+        let of = |i: &usize| -0.5 * ((self.values[*i] - mean) / noise(i)).powi(2) - noise(i).ln();
+        let stuck = readings.iter().map(of).sum::<f64>() - 0.5 * weight.ln() - self.wide().ln();
+        let more = stuck + readings.len() as f64 * self.wide().ln();
+        if more > 0.0 { Wrong { log_odds: wrong.log_odds + more, stuck_at: Some(mean), ..wrong } } else { wrong }
+    }
+
+    /// Readings that may be set aside where the largest part among them has so many: of a few sensors one may be dead.
+    fn most(&self, largest: usize) -> usize {
+        let all = self.places.len();
+        if 2 * largest > all { 0 } else { largest + (self.settings().most_wrong * (all - largest) as f64) as usize }
+    }
+
+    /// Standard deviation of the noise that stands for a reading anywhere in its range, K: with no residual it has the density of that.
+    fn wide(&self) -> f64 {
+        self.settings().wrong_range / std::f64::consts::TAU.sqrt()
+    }
+
+    /// A fit without what it calls wrong, as far as its posterior grows by that.
+    pub fn cleared(&self, fit: Fit) -> Fit {
+        let mut best = fit;
+        while let Some(aside) = self.next(&best) {
+            let found = self.with_aside(&best, aside);
+            if found.log_posterior() <= best.log_posterior() {
+                break;
+            }
+            best = found;
+        }
+        best
+    }
+
+    /// A fit with other parts set aside, fitted anew.
+    fn with_aside(&self, fit: &Fit, aside: Vec<Wrong>) -> Fit {
+        let own = &self.search.errors.noise;
+        let mut errors = fit.errors.as_deref().unwrap_or(self.search.errors).clone();
+        errors.aside = self.of_all(&aside);
+        errors.noise.clone_from(own);
+        errors.aside.iter().for_each(|i| errors.noise[*i] = self.wide());
+        let begun = Fit { errors: Some(Arc::new(errors)), aside, ..fit.clone() };
+        self.search.with_errors_of(&begun).fit(begun.clone())
+    }
+
+    /// Parts that are better set aside, by the one that promises most: one more or one less than now; `None` where each promises less.
+    fn next(&self, fit: &Fit) -> Option<Vec<Wrong>> {
+        let others = self.others(fit)?;
+        let residual = self.search.about(fit).1.residual;
+        let now = self.of_all(&fit.aside);
+        let wide = self.wide();
+        let mut best: (f64, Option<Vec<Wrong>>) = (0.0, None);
+        let mut offer = |gain: f64, aside: Vec<Wrong>| {
+            if gain > best.0 {
+                best = (gain, Some(aside));
+            }
+        };
+        for wrong in self.parts() {
+            let all = self.readings(wrong.part);
+            let own: Vec<usize> = all.iter().filter(|i| now.binary_search(i).is_err()).copied().collect();
+            let largest = fit.aside.iter().map(|other| self.readings(other.part).len()).fold(all.len(), usize::max);
+            if own.is_empty() || now.len() + own.len() > self.most(largest) {
+                continue;
+            }
+            let Some(predicted) = others.predict(&own) else { continue };
+            let density = -(own.len() as f64) * wide.ln();
+            // A row takes the place of its own readings.
+            let is_within = |other: &Wrong| self.readings(other.part).iter().all(|i| all.binary_search(i).is_ok());
+            let (within, mut aside): (Vec<Wrong>, Vec<Wrong>) = fit.aside.iter().copied().partition(is_within);
+            aside.push(wrong);
+            offer(density - predicted.log_density + wrong.log_odds - log_odds(&within), aside);
+        }
+        for (at, wrong) in fit.aside.iter().enumerate() {
+            let mut aside = fit.aside.clone();
+            aside.remove(at);
+            let still = self.of_all(&aside);
+            let own: Vec<usize> = self.readings(wrong.part).into_iter().filter(|i| still.binary_search(i).is_err()).collect();
+            let Some(predicted) = others.predict(&own) else { continue };
+            let Some(density) = self.as_they_are(&predicted, &own, &residual) else { continue };
+            offer(density - predicted.log_density - wrong.log_odds, aside);
+        }
+        best.1
+    }
+
+    /// Logarithm of the density of readings that are set aside, given all others, were they right.
+    fn as_they_are(&self, predicted: &Predicted, readings: &[usize], residual: &[f64]) -> Option<f64> {
+        let (wide, noise) = (self.wide(), &self.search.errors.noise);
+        let more: Vec<(f64, f64)> = readings.iter().map(|i| (residual[*i], noise[*i] * noise[*i] - wide * wide)).collect();
+        predicted.log_density_with(&more)
+    }
+
+    /// What the readings say of each other under a fit.
+    fn others(&self, fit: &Fit) -> Option<Others> {
+        let search = self.search.with_errors_of(fit);
+        let (rows, linear) = search.about(fit);
+        let explained = Explained::new(rows, search.profiles, &linear.residual, &linear.slopes, &search.followed(&fit.freedoms));
+        Some(explained.posterior(&fit.freedoms, fit.looseness)?.others())
+    }
+
+    /// What a fit sets aside, by its place in the data and how far it is off.
+    pub fn aside(&self, fit: &Fit) -> Vec<Aside> {
+        if fit.aside.is_empty() {
+            return Vec::new();
+        }
+        let Some(others) = self.others(fit) else { return Vec::new() };
+        let residual = self.search.about(fit).1.residual;
+        let of = |wrong: &Wrong| {
+            let readings = self.readings(wrong.part);
+            let errors = others.predict(&readings).map_or(Vec::new(), |own| own.error.as_slice().to_vec());
+            let off: Vec<f64> = readings.iter().zip(errors).map(|(i, error)| error + residual[*i]).collect();
+            let size = (off.iter().map(|v| v * v).sum::<f64>() / off.len().max(1) as f64).sqrt();
+            let (row, sensor) = self.places[readings[0]];
+            match wrong.part {
+                Part::Reading(_) => {
+                    Aside { row: Some(row), sensor: Some(sensor), off: off.first().copied().unwrap_or(0.0), stuck_at: None }
+                }
+                Part::Row(_) => Aside { row: Some(row), sensor: None, off: size, stuck_at: None },
+                Part::Sensor(_) => Aside { row: None, sensor: Some(sensor), off: size, stuck_at: wrong.stuck_at },
+            }
+        };
+        fit.aside.iter().map(of).collect()
+    }
+}

@@ -1,0 +1,27 @@
+//! Parts of a table that are grossly wrong, with their price.
+
+/// A part of the table that can be wrong at once.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    /// One reading, by its place among all.
+    Reading(usize),
+    /// All readings of a row that has some, by its number.
+    Row(usize),
+    /// All readings of a column of the data.
+    Sensor(usize),
+}
+
+/// A part that is set aside.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Wrong {
+    pub part: Part,
+    /// Logarithm of its prior odds, and of the density of its readings where they are one value over that anywhere in the range.
+    pub log_odds: f64,
+    /// The one value of a sensor that is stuck, K.
+    pub stuck_at: Option<f64>,
+}
+
+/// Logarithm of the prior odds of some parts together.
+pub fn log_odds(wrong: &[Wrong]) -> f64 {
+    wrong.iter().map(|wrong| wrong.log_odds).sum()
+}
