@@ -1,12 +1,11 @@
 //! One case: drawn, diagnosed, and held beside what was hidden.
 
-use std::borrow::Cow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Instant;
 
 use coldplate_base::progress::Silent;
 use coldplate_base::units::Measurand;
-use coldplate_diagnose::{Cause, Diagnosis, Problem, sentence, settled};
+use coldplate_diagnose::{Cause, Diagnosis, Problem, diagnose, sentence};
 use coldplate_evidence::identify;
 use coldplate_evidence::measurement::{Data, whiten};
 use coldplate_explore::simulate::Start;
@@ -80,11 +79,7 @@ pub fn case(seed: u64, is_shown: bool) -> Record {
         if is_shown {
             println!("drawn in {:.1} s", clock.elapsed().as_secs_f64());
         }
-        let mut drawn = drawn;
-        let (problem, found) = settled(&drawn.case.problem, &Silent).map_err(|e| e.to_string())?;
-        if let Cow::Owned(problem) = problem {
-            drawn.case = without(&drawn.case, problem);
-        }
+        let found = diagnose(&drawn.case.problem, &Silent).map_err(|e| e.to_string())?;
         if is_shown {
             show(seed, &drawn, &found);
         }
@@ -103,16 +98,6 @@ pub fn case(seed: u64, is_shown: bool) -> Record {
         println!("{record:#?}");
     }
     record
-}
-
-/// A case without the readings that were set aside.
-fn without(case: &Case, problem: Problem) -> Case {
-    let name =
-        |data: &Data| -> Vec<(String, usize)> { whiten::places(data).iter().map(|(r, k)| (data.rows[*r].test.clone(), *k)).collect() };
-    let left = name(&problem.data);
-    let kept: Vec<bool> = name(&case.problem.data).iter().map(|place| left.contains(place)).collect();
-    let of = |shift: &Vec<f64>| shift.iter().zip(&kept).filter(|(_, kept)| **kept).map(|(s, _)| *s).collect();
-    Case { shifts: case.shifts.iter().map(of).collect(), hidden: case.hidden.clone(), problem }
 }
 
 fn answer(drawn: &Drawn, found: &Diagnosis) -> Answer {
@@ -141,7 +126,7 @@ fn answer(drawn: &Drawn, found: &Diagnosis) -> Answer {
             [] => found.explanations.iter().take(usize::from(detected)).map(|e| causes(&e.causes)).collect(),
             rungs => rungs.iter().map(|rung| causes(&rung.causes)).collect(),
         },
-        faults: case.problem.faults.iter().map(|fault| fault.text()).collect(),
+        faults: case.problem.faults.iter().map(|fault| fault.text()).chain(found.aside().iter().map(|own| format!("{own:?}"))).collect(),
         d,
         detected,
         group,

@@ -159,11 +159,15 @@ impl Problem {
         Self { uncertainty, noise_share: share, ..self.clone() }
     }
 
-    /// The same without faulty readings, which are named in [`Problem::faults`].
+    /// The same without faulty readings of logs, which are named in [`Problem::faults`]. Of a table every hypothesis says by itself which
+    /// readings are wrong ([`PlaceSet::aside`]).
     ///
     /// # Errors
     /// As [`cleared`].
     pub fn cleared(self) -> Result<Self> {
+        if !self.data.is_transient() {
+            return Ok(self);
+        }
         let Cleared { data, faults, .. } = cleared(&self.study, &self.data, &self.uncertainty, self.start)?;
         let places = kept(&self.data, &faults);
         Ok(Self { data, faults, places, ..self })

@@ -119,8 +119,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     }
     if args.keep_all {
         problem.settings.most_wrong = 0.0;
-    } else if problem.data.is_transient() {
-        // Of a table, every hypothesis says by itself which readings are wrong.
+    } else {
         problem = problem.cleared()?;
     }
     // Tests keep their numbers where some of them are held out.

@@ -33,10 +33,12 @@ use coldplate_network::Load;
 const KNOTS: [f64; 6] = [-5.0, -2.5, -1.0, 1.0, 2.5, 5.0];
 /// Sets of each size that are fitted about the machine with the set in force.
 const REFINED: usize = 10;
-/// The same of logs of a machine of cells, each of which takes several runs.
-const REFINED_OF_CELLS: usize = 3;
-/// Causes that bend and are run at several amplitudes in logs of a machine of cells: those whose slopes explain most.
-const RUN_OF_CELLS: usize = 12;
+/// Sets of each size that are so fitted to tables of a machine of cells, and to its logs, where each takes several runs.
+const REFINED_OF_CELLS: [usize; 2] = [6, 3];
+/// Causes that bend and are solved at several amplitudes in tables of a machine of cells, and in its logs: those that explain most where each
+/// row has its own amplitude. A path, a film or a contact changes a row's readings by one pattern, however large it is; its size bends, which
+/// the amplitudes of the rows take up.
+const RUN_OF_CELLS: [usize; 2] = [48, 12];
 /// Sets that are reported.
 const MOST_SETS: usize = 12;
 
@@ -96,7 +98,7 @@ impl<'p> Beside<'p> {
         let visible: Vec<(&Hypothesis, &Vec<f64>)> = known.filter(|(_, column)| column.iter().any(|c| c.abs() > 1e-9)).collect();
         let (network, is_log) = (&problem.study.model.network, problem.data.is_transient());
         let sizes: Vec<Sizing> = visible.iter().map(|(h, _)| Sizing::of(h, network, is_straight(h))).collect();
-        let is_costly = is_log && problem.study.model.mesh.cells > 0;
+        let is_costly = problem.study.model.mesh.cells > 0;
         let mut candidates: Vec<Candidate> =
             visible.par_iter().zip(&sizes).map(|(own, size)| candidate(&predictor, *own, *size, !is_costly)).collect();
         let log = is_log.then(|| Log::new(problem, &predictor, (base, &self.catalogue), (&visible, &sizes), settings));
@@ -109,9 +111,9 @@ impl<'p> Beside<'p> {
             Some(log) => (log.errors(), log.profiles(), log.names.clone()),
         };
         let table = Table { problem, predictor: &predictor, base, errors: &errors, visible: &visible, sizes: &sizes };
-        let about = |members: &[usize], amplitudes: &[Vec<f64>], with_all: bool| match &log {
+        let about = |members: &[usize], amplitudes: &[Vec<f64>], with_all: bool, known: Option<&Errors>| match &log {
             Some(log) => log.about(members, amplitudes, with_all),
-            None => table.about(members, amplitudes),
+            None => table.about(members, amplitudes, known),
         };
         let is_followed = log.as_ref().is_none_or(Log::is_followed);
         let about: Option<About<'_>> = if is_followed { Some(&about) } else { None };
@@ -127,7 +129,7 @@ impl<'p> Beside<'p> {
             let search = Search::new(&errors, residual, &candidates, settings, about, profiles, None);
             let bent = |m: &usize| !is_straight(visible[*m].0);
             let best: Vec<usize> =
-                search.singles(&search.nothing()).iter().map(|fit| fit.members[0]).filter(bent).take(RUN_OF_CELLS).collect();
+                search.singles(&search.nothing()).iter().map(|fit| fit.members[0]).filter(bent).take(RUN_OF_CELLS[usize::from(is_log)]).collect();
             let run = |m: &usize| (*m, candidate(&predictor, visible[*m], sizes[*m], true));
             best.par_iter().map(run).collect::<Vec<_>>().into_iter().for_each(|(m, run)| candidates[m] = in_time(m, run));
             (0..visible.len()).filter(bent).count() - best.len()
@@ -136,7 +138,7 @@ impl<'p> Beside<'p> {
         };
         let search = Search::new(&errors, residual, &candidates, settings, about, profiles, None);
         let gross = (!is_log).then(|| Gross::new(&search, &problem.data));
-        let most = if is_costly { REFINED_OF_CELLS } else { REFINED };
+        let most = if is_costly { REFINED_OF_CELLS[usize::from(is_log)] } else { REFINED };
         let (nothing, mut all) = sets::fitted(&search, gross.as_ref(), most, progress);
         all.push(nothing.clone());
         let (gross, nothing) = (gross.as_ref(), &nothing);

@@ -92,7 +92,7 @@ pub struct Places {
     pub sets: Vec<PlaceSet>,
     /// Places and kinds that were tried, each fitted to the end.
     pub tried: usize,
-    /// Causes among them that were followed by their slope alone, however large they are: in logs of a machine of cells all but the best.
+    /// Causes among them that were followed by their slope alone, however large they are: of a machine of cells all but the best.
     pub by_slope: usize,
     /// Where the laws of its ways are one.
     pub scales: Scales,

@@ -101,7 +101,8 @@ impl Fit {
 }
 
 /// The machine with members in force, and its errors; with the slopes in every candidate of a log if asked for.
-pub type About<'a> = &'a (dyn Fn(&[usize], &[Vec<f64>], bool) -> Option<(Reference, Errors)> + Sync);
+/// `Errors` that are near enough, found where the set was in force before, serve again.
+pub type About<'a> = &'a (dyn Fn(&[usize], &[Vec<f64>], bool, Option<&Errors>) -> Option<(Reference, Errors)> + Sync);
 
 /// A table with its candidates and the choices that are searched.
 pub struct Search<'a> {
@@ -182,7 +183,8 @@ impl<'a> Search<'a> {
         let Some(about) = self.about else { return fit };
         let mut fit = fit;
         for place in 0..MOST_REFERENCES {
-            let Some((reference, mut errors)) = about(&fit.members, &fit.amplitudes, false) else { break };
+            let known = fit.errors.as_deref().filter(|_| place > 0);
+            let Some((reference, mut errors)) = about(&fit.members, &fit.amplitudes, false, known) else { break };
             if let Some(own) = fit.errors.as_ref().filter(|own| !own.aside.is_empty()) {
                 // What it calls wrong stays so.
                 (errors.noise, errors.aside) = (own.noise.clone(), own.aside.clone());
@@ -392,7 +394,7 @@ impl<'a> Search<'a> {
 
     /// A fit to a log with the slopes in every candidate about the machine with its set in force.
     fn with_others(&self, fit: &Fit) -> Fit {
-        let all = self.about.filter(|_| self.is_log()).and_then(|about| about(&fit.members, &fit.amplitudes, true));
+        let all = self.about.filter(|_| self.is_log()).and_then(|about| about(&fit.members, &fit.amplitudes, true, None));
         match all {
             Some((reference, errors)) => Fit { reference: Some(Arc::new(reference)), errors: Some(Arc::new(errors)), ..fit.clone() },
             None => fit.clone(),

@@ -35,7 +35,7 @@ pub struct Table<'a> {
 
 impl Table<'_> {
     /// The machine with members in force at amplitudes in each row with readings, in units of their scales; `None` where it cannot be solved.
-    pub fn about(&self, members: &[usize], amplitudes: &[Vec<f64>]) -> Option<(Reference, Errors)> {
+    pub fn about(&self, members: &[usize], amplitudes: &[Vec<f64>], known: Option<&Errors>) -> Option<(Reference, Errors)> {
         let (forced, change) = self.with(members, amplitudes)?;
         let slope = |k: usize| -> Option<Slope> {
             if self.visible[members[k]].0.is_fixed() {
@@ -53,9 +53,11 @@ impl Table<'_> {
             Some(Slope::OfRow(more.iter().zip(&change).map(|(m, c)| (m - c) / STEP).collect()))
         };
         let slopes = (0..members.len()).map(slope).collect::<Option<Vec<_>>>()?;
-        let numbers = self.numbers(&forced)?;
-        let reference = Reference { amplitudes: amplitudes.to_vec(), change, slopes, others: Vec::new() };
-        Some((reference, Errors { numbers, ..self.errors.clone() }))
+        let errors = match known {
+            Some(known) => known.clone(),
+            None => Errors { numbers: self.numbers(&forced)?, ..self.errors.clone() },
+        };
+        Some((Reference { amplitudes: amplitudes.to_vec(), change, slopes, others: Vec::new() }, errors))
     }
 
     /// The machine with members in force, and the change of the readings, K.
