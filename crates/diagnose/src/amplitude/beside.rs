@@ -26,6 +26,7 @@ use crate::view::Comparison;
 use crate::{Cause, Problem};
 use coldplate_base::error::Result;
 use coldplate_base::progress::Progress;
+use coldplate_base::random::Random;
 use coldplate_evidence::measurement::{ReadingRow, whiten};
 use coldplate_network::Load;
 
@@ -39,6 +40,8 @@ const REFINED_OF_CELLS: [usize; 2] = [6, 3];
 /// row has its own amplitude. A path, a film or a contact changes a row's readings by one pattern, however large it is; its size bends, which
 /// the amplitudes of the rows take up.
 const RUN_OF_CELLS: [usize; 2] = [48, 12];
+/// Draws of resampled parts of a log.
+const RESAMPLED: usize = 1000;
 /// Sets that are reported.
 const MOST_SETS: usize = 12;
 
@@ -128,8 +131,13 @@ impl<'p> Beside<'p> {
             progress.say("places and kinds by their slopes");
             let search = Search::new(&errors, residual, &candidates, settings, about, profiles, None);
             let bent = |m: &usize| !is_straight(visible[*m].0);
-            let best: Vec<usize> =
-                search.singles(&search.nothing()).iter().map(|fit| fit.members[0]).filter(bent).take(RUN_OF_CELLS[usize::from(is_log)]).collect();
+            let best: Vec<usize> = search
+                .singles(&search.nothing())
+                .iter()
+                .map(|fit| fit.members[0])
+                .filter(bent)
+                .take(RUN_OF_CELLS[usize::from(is_log)])
+                .collect();
             let run = |m: &usize| (*m, candidate(&predictor, visible[*m], sizes[*m], true));
             best.par_iter().map(run).collect::<Vec<_>>().into_iter().for_each(|(m, run)| candidates[m] = in_time(m, run));
             (0..visible.len()).filter(bent).count() - best.len()
@@ -161,15 +169,22 @@ struct Found<'a> {
 }
 
 impl Found<'_> {
-    /// Sets of a log, most probable first, each with the course of its amplitudes.
-    fn in_time(&self, mut all: Vec<Fit>) -> Vec<PlaceSet> {
-        all.sort_by(|a, b| b.log_posterior().total_cmp(&a.log_posterior()));
-        let whole = whole(all.iter());
-        let told = |fit: &Fit| {
-            let set = self.told(fit, whole);
-            PlaceSet { ways: vec![as_means(&set.members)], ..set }
+    /// Sets of a log, most probable first, each with the course of its amplitudes. Errors of a log wander in ways that no model of them has,
+    /// and thousands of readings count each of these as evidence. So sets are weighed by the density of stretches of time given all others:
+    /// each stretch is one draw, and the weights are means over resampled ones.
+    fn in_time(&self, all: Vec<Fit>) -> Vec<PlaceSet> {
+        let (best, _) = best_of_each_size(all);
+        let densities: Vec<Vec<f64>> = best.par_iter().map(|fit| seen(self.search, fit).1).collect();
+        let priors: Vec<f64> = best.iter().map(|fit| fit.log_prior).collect();
+        let weights = resampled(&densities, &priors, self.beside.problem.seed);
+        let told = |(fit, probability): (Fit, f64)| {
+            let set = self.told(&fit, 0.0);
+            PlaceSet { ways: vec![as_means(&set.members)], probability, ..set }
         };
-        all.iter().take(MOST_SETS).map(told).collect()
+        let mut sets: Vec<PlaceSet> = best.into_iter().zip(weights).map(told).collect();
+        sets.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+        sets.truncate(MOST_SETS);
+        sets
     }
 
     /// Sets of a table, most probable first, with the laws of their members, and scales that know these.
@@ -234,6 +249,25 @@ impl Found<'_> {
             errors: fit.errors.clone().unwrap_or_else(|| Arc::new(self.search.errors.clone())),
         }
     }
+}
+
+/// Probabilities of models by the logarithms of their densities of each part of the data given all others, with the logarithms of their priors:
+/// means over resampled parts (the Bayesian bootstrap; Yao, Vehtari, Simpson and Gelman 2018, Bayesian Analysis 13, 917, pseudo-BMA+).
+fn resampled(densities: &[Vec<f64>], priors: &[f64], seed: u64) -> Vec<f64> {
+    let parts = densities.first().map_or(0, Vec::len);
+    let mut random = Random::new(seed);
+    let mut sums = vec![0.0; densities.len()];
+    for _ in 0..RESAMPLED {
+        let weights: Vec<f64> = (0..parts).map(|_| -random.unit().max(f64::MIN_POSITIVE).ln()).collect();
+        let whole: f64 = weights.iter().sum::<f64>() / parts.max(1) as f64;
+        let log = |own: &Vec<f64>| own.iter().zip(&weights).map(|(density, weight)| density * weight / whole).sum::<f64>();
+        let logs: Vec<f64> = densities.iter().zip(priors).map(|(own, prior)| log(own) + prior).collect();
+        let most = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let each: Vec<f64> = logs.iter().map(|log| (log - most).exp()).collect();
+        let all: f64 = each.iter().sum();
+        sums.iter_mut().zip(each).for_each(|(sum, own)| *sum += own / all);
+    }
+    sums.iter().map(|sum| sum / RESAMPLED as f64).collect()
 }
 
 /// Logarithm of the sum of the posteriors of some fits.

@@ -60,7 +60,7 @@ pub fn runs(predictor: &Predictor<'_>, h: &Hypothesis) -> bool {
     let law = h.by_course(Law::Of(0, LawForm::Course));
     let (study, scales) = (predictor.study, predictor.scales);
     let lines = |h: &Hypothesis| h.sets(study, scales, predictor.user, STEP * h.scale).ok().flatten();
-    h.reads_course() || lines(&law) != lines(h)
+    h.reads_course() || lines(&law).is_some_and(|by_course| Some(by_course) != lines(h))
 }
 
 /// What a machine's sensors show of predictions (K) with causes in force, and with a little more of one of them or of another.

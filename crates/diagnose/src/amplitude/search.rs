@@ -178,13 +178,16 @@ impl<'a> Search<'a> {
 
     /// A fit about the machine with its set in force, again and again until the set stands where it is in force; it has no evidence where it
     /// does not come to rest. There causes act together, and with a heat that the model lacks one per cent of a conductance is more kelvin than
-    /// without. A log that cannot be made linear keeps the fit.
+    /// without. What cannot be solved so keeps the fit.
     pub fn refined(&self, fit: Fit) -> Fit {
         let Some(about) = self.about else { return fit };
         let mut fit = fit;
         for place in 0..MOST_REFERENCES {
             let known = fit.errors.as_deref().filter(|_| place > 0);
-            let Some((reference, mut errors)) = about(&fit.members, &fit.amplitudes, false, known) else { break };
+            let Some((reference, mut errors)) = about(&fit.members, &fit.amplitudes, false, known) else {
+                // Between a few amplitudes it is known all the same.
+                return if place == 0 { fit } else { Fit { stands: false, log_evidence: f64::NEG_INFINITY, ..fit } };
+            };
             if let Some(own) = fit.errors.as_ref().filter(|own| !own.aside.is_empty()) {
                 // What it calls wrong stays so.
                 (errors.noise, errors.aside) = (own.noise.clone(), own.aside.clone());

@@ -16,6 +16,8 @@ use coldplate_evidence::measurement::whiten;
 
 /// Step of the amplitudes by which slopes are found, as a share of the kind's scale.
 const STEP: f64 = 0.05;
+/// Amplitudes that differ by less, in units of their scale, are one.
+const ALIKE: f64 = 1e-3;
 
 /// A table with what its search needs.
 pub struct Table<'a> {
@@ -36,6 +38,12 @@ pub struct Table<'a> {
 impl Table<'_> {
     /// The machine with members in force at amplitudes in each row with readings, in units of their scales; `None` where it cannot be solved.
     pub fn about(&self, members: &[usize], amplitudes: &[Vec<f64>], known: Option<&Errors>) -> Option<(Reference, Errors)> {
+        // A key that takes no formula is one number in all rows.
+        let varies = |own: &Vec<f64>| own.iter().any(|a| (a - own[0]).abs() > ALIKE);
+        let is_said = |(m, own): (&usize, &Vec<f64>)| !varies(own) || force::runs(self.predictor, self.visible[*m].0);
+        if !members.iter().zip(amplitudes).all(is_said) {
+            return None;
+        }
         let (forced, change) = self.with(members, amplitudes)?;
         let slope = |k: usize| -> Option<Slope> {
             if self.visible[members[k]].0.is_fixed() {

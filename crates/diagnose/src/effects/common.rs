@@ -84,6 +84,11 @@ impl Family for Common {
         Ok(Some(all))
     }
 
+    /// Where that of each member can.
+    fn has_formula_of(&self, _law: Law) -> bool {
+        matches!(self, Self::Heats | Self::Contacts)
+    }
+
     fn disturbance(&self, at: &Linearised<'_, '_>) -> Option<Disturbance> {
         let mut sum = Disturbance::default();
         for member in self.members(at.at.study) {

@@ -132,7 +132,10 @@ fn front(name: &str, problem: &Problem) -> PlaceSet {
             format!("{} over {:?}: {some:.3?}", own.hypothesis.kind_and_place(), own.over)
         };
         let members = set.members.iter().map(of).collect::<Vec<_>>();
-        println!("{name}: {:.3} lead {:.1}, {} {} {}; {members:?}", set.probability, set.lead, set.looseness.spread, set.looseness.disturbance, set.looseness.wandering);
+        println!(
+            "{name}: {:.3} lead {:.1}, {} {} {}; {members:?}",
+            set.probability, set.lead, set.looseness.spread, set.looseness.disturbance, set.looseness.wandering
+        );
     }
     found.sets[0].clone()
 }
