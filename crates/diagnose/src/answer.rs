@@ -96,10 +96,12 @@ fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnosis> {
     let mut explanations = weighed.explanations();
     let best = explanations.first();
     progress.say("the machine with the best explanation in force");
-    let in_force = match best {
-        Some(best) => weighed.in_force(&best.causes, &places.sets[best.of])?,
-        None => None,
-    };
+    let in_force = best.and_then(|best| {
+        weighed.in_force(&best.causes, &places.sets[best.of]).unwrap_or_else(|e| {
+            progress.say(&format!("the machine with the best explanation could not be solved: {e}"));
+            None
+        })
+    });
     if let Some(found) = &in_force
         && let Some(share) = overstated::share(problem, &beside.base, &beside.base.left(&found.values), found.causes.len())
     {

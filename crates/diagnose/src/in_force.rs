@@ -71,8 +71,13 @@ impl<'b> InForce<'b> {
         found.linearise()?;
         for _ in 0..MOST_STEPS {
             let Some(said) = found.said(|_| true) else { return Ok(None) };
+            let before = found.causes.clone();
             let moved = found.step(&said);
-            found.linearise()?;
+            if found.linearise().is_err() {
+                // Beyond where the machine can be solved, what was known stands.
+                found.causes = before;
+                break;
+            }
             if moved < RESTS {
                 break;
             }

@@ -22,6 +22,7 @@ mod follow;
 mod gain;
 mod history;
 mod in_force;
+mod low_rank;
 mod missing;
 mod next;
 mod overstated;

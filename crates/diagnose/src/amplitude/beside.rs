@@ -1,6 +1,6 @@
 //! The machine as it is beside the data: every place and kind fitted, sets grown, laws told.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
 
@@ -113,7 +113,8 @@ impl<'p> Beside<'p> {
             }
             Some(log) => (log.errors(), log.profiles(), log.names.clone()),
         };
-        let table = Table { problem, predictor: &predictor, base, errors: &errors, visible: &visible, sizes: &sizes };
+        let attached = OnceLock::new();
+        let table = Table { problem, predictor: &predictor, base, errors: &errors, visible: &visible, sizes: &sizes, attached };
         let about = |members: &[usize], amplitudes: &[Vec<f64>], with_all: bool, known: Option<&Errors>| match &log {
             Some(log) => log.about(members, amplitudes, with_all),
             None => table.about(members, amplitudes, known),

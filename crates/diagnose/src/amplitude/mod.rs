@@ -11,7 +11,6 @@ mod force;
 mod gross;
 mod laws;
 mod logs;
-mod low_rank;
 mod others;
 mod profiles;
 mod response;

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-use super::low_rank::low_rank;
+use crate::low_rank::low_rank;
 
 /// Lengths over which a smooth amplitude changes, in standard deviations of its variable over the rows. Chosen on functions in closed form
 /// (powers, a root, an exponential that falls within a sixth of the range, a saturation, a hump), known to 1 %: the first has the most evidence

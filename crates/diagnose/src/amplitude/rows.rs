@@ -13,7 +13,7 @@ use serde::Serialize;
 use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use super::low_rank::low_rank;
+use crate::low_rank::low_rank;
 use coldplate_evidence::discrepancy::{DiscrepancySize, ErrorParts};
 use coldplate_evidence::measurement::whiten::Noise;
 

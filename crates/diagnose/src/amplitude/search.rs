@@ -272,7 +272,7 @@ impl<'a> Search<'a> {
                 let all: Vec<(usize, usize)> = fit.members.iter().copied().enumerate().collect();
                 fit.freedoms = self.freest(&linear, &fit.freedoms, (&all, true), fit.looseness).0;
             }
-            let near = (iteration > 0 || is_known).then_some(fit.looseness);
+            let near = (iteration > 0 || is_known && self.is_log()).then_some(fit.looseness);
             (fit.looseness, fit.log_evidence) = self.loosest(&linear, &fit.freedoms, near);
             // Choices that stood once stand to the end: the amplitudes come to rest beneath them.
             is_settled |= iteration > 0 && before == (fit.freedoms.clone(), fit.looseness);

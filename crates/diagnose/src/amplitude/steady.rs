@@ -1,5 +1,7 @@
 //! Steady tables about the machine with a set in force: each row has its own amplitudes, and its readings answer to these alone.
 
+use std::sync::OnceLock;
+
 use super::force::{self, Forced};
 use super::logs::rows_that_count;
 use super::response::Slope;
@@ -7,7 +9,8 @@ use super::rows::Errors;
 use super::search::Reference;
 use super::sizing::Sizing;
 use crate::Problem;
-use crate::effects::{Hypothesis, hypotheses};
+use crate::attached::Attached;
+use crate::effects::{Effect, Hypothesis, hypotheses};
 use crate::predictor::Predictor;
 use crate::signature;
 use crate::view::Comparison;
@@ -33,6 +36,8 @@ pub struct Table<'a> {
     pub visible: &'a [(&'a Hypothesis, &'a Vec<f64>)],
     /// Their amplitudes in units of scales.
     pub sizes: &'a [Sizing],
+    /// Paths that may be attached anywhere, with the rise of every sensor per watt put into each node.
+    pub attached: OnceLock<Option<(Attached<'a>, Vec<Vec<f64>>)>>,
 }
 
 impl Table<'_> {
@@ -63,7 +68,11 @@ impl Table<'_> {
         let slopes = (0..members.len()).map(slope).collect::<Option<Vec<_>>>()?;
         let errors = match known {
             Some(known) => known.clone(),
-            None => Errors { numbers: self.numbers(&forced)?, ..self.errors.clone() },
+            None => {
+                let places = members.iter().zip(amplitudes).flat_map(|(m, own)| self.of_place(*m, own));
+                let stated = self.errors.stated.iter().cloned().chain(places).collect();
+                Errors { numbers: self.numbers(&forced)?, stated, ..self.errors.clone() }
+            }
         };
         Some((Reference { amplitudes: amplitudes.to_vec(), change, slopes, others: Vec::new() }, errors))
     }
@@ -96,6 +105,24 @@ impl Table<'_> {
         }
         let change = values.iter().zip(self.predictor.predicted).map(|(v, p)| v - p).collect();
         Some((forced, change))
+    }
+
+    /// What hangs on where in its part a path is attached: columns of unit variance, K.
+    fn of_place(&self, member: usize, amplitudes: &[f64]) -> Vec<Vec<f64>> {
+        let (h, size) = (self.visible[member].0, self.sizes[member]);
+        let (Effect::Leak(_), Some((attached, rises))) = (h.effect, self.attached()) else { return Vec::new() };
+        let by = |i: usize| size.amplitude(amplitudes[self.errors.row_of[i]]);
+        let scaled = |column: Vec<f64>| column.iter().enumerate().map(|(i, c)| by(i) * c).collect();
+        attached.columns(h.effect, rises).into_iter().map(scaled).collect()
+    }
+
+    fn attached(&self) -> Option<&(Attached<'_>, Vec<Vec<f64>>)> {
+        let of = || {
+            let attached = Attached::new(&self.problem.study, &self.problem.data, &self.base.found.fields).ok()?;
+            let rises = attached.rises().ok()?;
+            Some((attached, rises))
+        };
+        self.attached.get_or_init(of).as_ref()
     }
 
     /// Change of the readings with the logarithm of each number of the machine with causes in force, K.
