@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use crate::draw::{Drawn, Family, draw};
 use crate::unkind::Unkindness;
 use coldplate_testing::twin::score::{Score, score};
-use coldplate_testing::twin::{Case, Hidden};
+use coldplate_testing::twin::Hidden;
 
 /// Cells that unseen rows of a table are predicted with, over those of the model.
 const FINER: f64 = 10.0;
@@ -172,7 +172,7 @@ fn show(seed: u64, drawn: &Drawn, found: &Diagnosis) {
     for (i, e) in found.explanations.iter().enumerate().take(8) {
         let words: Vec<String> = e.causes.iter().map(sentence).collect();
         let mark = if found.set.contains(&i) { "set" } else { "   " };
-        println!("  {mark} {:.3}, deviance {:.1}, misfit {:.1}, {:?}: {}", e.probability, e.deviance, e.misfit, e.level, words.join("; "));
+        println!("  {mark} {:.3}, misfit {:.1}, {:?}: {}", e.probability, e.misfit, e.level, words.join("; "));
     }
     for rung in &found.rungs {
         let words: Vec<String> = rung.causes.iter().map(sentence).collect();

@@ -9,7 +9,7 @@ use super::force;
 use super::gross::Gross;
 use super::laws::{Laws, Rule};
 use super::logs::{Log, rows_that_count};
-use super::profiles::Profiles;
+use super::profiles::{Function, Profiles};
 use super::response::{Answer, Response};
 use super::rows::Errors;
 use super::search::{About, Candidate, Fit, Search};
@@ -17,9 +17,9 @@ use super::sets;
 use super::settings::AmplitudeSettings;
 use super::sizing::Sizing;
 use super::steady::Table;
-use super::ways::{FoundWay, Ways};
+use super::ways::{FoundWay, Ways, coefficients, largest, not_nothing};
 use super::{PlaceAndKind, PlaceSet, Places, Way};
-use crate::effects::{Axis, Effect, Heat, Hypothesis, Law, Scales, hypotheses};
+use crate::effects::{Axis, Course, Effect, FoundLaw, Heat, Hypothesis, Law, Scales, Sequence, hypotheses};
 use crate::predictor::Predictor;
 use crate::signature;
 use crate::view::Comparison;
@@ -27,6 +27,7 @@ use crate::{Cause, Problem};
 use coldplate_base::error::Result;
 use coldplate_base::progress::Progress;
 use coldplate_base::random::Random;
+use coldplate_describe::machine::Condition;
 use coldplate_evidence::measurement::{ReadingRow, whiten};
 use coldplate_network::Load;
 
@@ -152,7 +153,7 @@ impl<'p> Beside<'p> {
         all.push(nothing.clone());
         let (gross, nothing) = (gross.as_ref(), &nothing);
         let found = Found { beside: self, search: &search, gross, visible: &visible, sizes: &sizes, names: &names, nothing };
-        let (sets, scales) = if is_log { (found.in_time(all), self.scales.clone()) } else { found.under_laws(all, progress) };
+        let (sets, scales) = if is_log { found.in_time(all) } else { found.under_laws(all, progress) };
         Places { sets, tried: candidates.len(), by_slope, scales }
     }
 }
@@ -173,19 +174,61 @@ impl Found<'_> {
     /// Sets of a log, most probable first, each with the course of its amplitudes. Errors of a log wander in ways that no model of them has,
     /// and thousands of readings count each of these as evidence. So sets are weighed by the density of stretches of time given all others:
     /// each stretch is one draw, and the weights are means over resampled ones.
-    fn in_time(&self, all: Vec<Fit>) -> Vec<PlaceSet> {
+    fn in_time(&self, all: Vec<Fit>) -> (Vec<PlaceSet>, Scales) {
         let (best, _) = best_of_each_size(all);
         let densities: Vec<Vec<f64>> = best.par_iter().map(|fit| seen(self.search, fit).1).collect();
         let priors: Vec<f64> = best.iter().map(|fit| fit.log_prior).collect();
         let weights = resampled(&densities, &priors, self.beside.problem.seed);
+        let mut found: Vec<(Fit, f64)> = best.into_iter().zip(weights).collect();
+        found.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let mut named = self.beside.scales.clone();
         let told = |(fit, probability): (Fit, f64)| {
             let set = self.told(&fit, 0.0);
-            PlaceSet { ways: vec![as_means(&set.members)], probability, ..set }
+            let causes: Vec<Cause> = (0..fit.members.len()).map(|m| self.in_course(&fit, m, &set.members[m], &mut named)).collect();
+            let way = Way { probability: 1.0, is_writable: self.is_writable(&causes, &named), causes };
+            PlaceSet { ways: vec![way], probability, ..set }
         };
-        let mut sets: Vec<PlaceSet> = best.into_iter().zip(weights).map(told).collect();
-        sets.sort_by(|a, b| b.probability.total_cmp(&a.probability));
-        sets.truncate(MOST_SETS);
-        sets
+        (found.into_iter().take(MOST_SETS).map(told).collect(), named)
+    }
+
+    fn is_writable(&self, causes: &[Cause], scales: &Scales) -> bool {
+        let problem = self.beside.problem;
+        let lines = |cause: &Cause| cause.hypothesis.written(&problem.study, &problem.data, scales, &problem.user, cause.amplitude);
+        causes.iter().all(|cause| matches!(lines(cause), Ok(Some(_))))
+    }
+
+    /// A member of a log's set with the law of its course: alike everywhere, a straight law of columns of the table, or else one number in each
+    /// row.
+    fn in_course(&self, fit: &Fit, m: usize, member: &PlaceAndKind, scales: &mut Scales) -> Cause {
+        let profiles = self.search.all_profiles;
+        let (h, own) = (&member.hypothesis, &fit.amplitudes[m]);
+        let acts = |f: &Function| profiles.of.iter().zip(own).any(|(of, a)| of == f && *a != 0.0);
+        let most = largest(&member.amplitudes);
+        let (whole, deviation) = (not_nothing(member.amplitudes[most]), member.deviations[most]);
+        let curved = profiles.curves().into_iter().any(|curve| acts(&Function::Smooth(curve)));
+        let over: Vec<usize> = profiles.linear().into_iter().filter(|v| acts(&Function::Linear(*v))).collect();
+        if !curved && over.is_empty() {
+            return Cause::new(h.clone(), member.amplitudes[most], deviation);
+        }
+        let problem = self.beside.problem;
+        let axis =
+            |v: &usize| problem.study.model.machine.variables.iter().position(|own| own.name == self.names[*v]).map(|v| scales.axis(v).0);
+        let axes = over.iter().map(axis).collect::<Option<Vec<Axis>>>().filter(|_| !curved);
+        let law = match axes {
+            Some(axes) => {
+                let parts: Vec<FoundLaw> =
+                    std::iter::once(FoundLaw::One).chain(axes.iter().map(|axis| FoundLaw::Over(axis.clone(), Course::Straight))).collect();
+                let rows: Vec<&Condition> = problem.data.rows.iter().map(|row| &row.condition).collect();
+                let factors: Vec<Vec<f64>> = parts.iter().map(|part| part.factors(&rows)).collect();
+                let shares = coefficients(&factors.iter().map(Vec::as_slice).collect::<Vec<_>>(), &member.amplitudes);
+                let mut all = parts.into_iter().zip(shares).map(|(part, share)| (share / whole, part));
+                let first = all.next().unwrap_or((0.0, FoundLaw::One));
+                all.fold(first, |sum, part| (1.0, FoundLaw::Sum(Box::new([sum, part])))).1
+            }
+            None => FoundLaw::Rows(Sequence::Free(member.amplitudes.iter().map(|a| a / whole).collect())),
+        };
+        let law = scales.named(law);
+        Cause::new(h.clone().under_of(law, scales), whole, deviation)
     }
 
     /// Sets of a table, most probable first, with the laws of their members, and scales that know these.
@@ -275,13 +318,6 @@ fn resampled(densities: &[Vec<f64>], priors: &[f64], seed: u64) -> Vec<f64> {
 fn whole<'f>(all: impl Iterator<Item = &'f Fit> + Clone) -> f64 {
     let most = all.clone().map(Fit::log_posterior).fold(f64::NEG_INFINITY, f64::max);
     most + all.map(|fit| (fit.log_posterior() - most).exp()).sum::<f64>().ln()
-}
-
-/// The way in which every amplitude is its mean over the rows.
-fn as_means(members: &[PlaceAndKind]) -> Way {
-    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
-    let cause = |m: &PlaceAndKind| Cause::new(m.hypothesis.clone(), mean(&m.amplitudes), mean(&m.deviations));
-    Way { causes: members.iter().map(cause).collect(), probability: 1.0, is_writable: true }
 }
 
 /// The best sets of each size, whose laws are looked for, and the others.

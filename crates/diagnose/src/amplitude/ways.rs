@@ -472,16 +472,16 @@ fn told(mut ways: Vec<(f64, bool, FoundWay)>) -> Vec<FoundWay> {
 }
 
 /// Where some numbers are largest in size.
-fn largest(numbers: &[f64]) -> usize {
+pub fn largest(numbers: &[f64]) -> usize {
     (0..numbers.len()).max_by(|a, b| numbers[*a].abs().total_cmp(&numbers[*b].abs())).unwrap_or(0)
 }
 
-fn not_nothing(number: f64) -> f64 {
+pub fn not_nothing(number: f64) -> f64 {
     if number == 0.0 { f64::MIN_POSITIVE.sqrt() } else { number }
 }
 
 /// Coefficients of functions of the rows by which they make amplitudes, which are a sum of them.
-fn coefficients(functions: &[&[f64]], amplitudes: &[f64]) -> Vec<f64> {
+pub fn coefficients(functions: &[&[f64]], amplitudes: &[f64]) -> Vec<f64> {
     let columns: Vec<DVector<f64>> = functions.iter().map(|own| DVector::from_column_slice(own)).collect();
     let matrix = DMatrix::from_columns(&columns);
     let solved = matrix.svd(true, true).solve(&DVector::from_column_slice(amplitudes), 1e-12);
