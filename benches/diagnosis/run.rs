@@ -13,8 +13,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::draw::{Drawn, Family, draw};
 use crate::unkind::Unkindness;
-use coldplate_testing::twin::score::{Score, score};
 use coldplate_testing::twin::Hidden;
+use coldplate_testing::twin::score::{Score, score};
 
 /// Cells that unseen rows of a table are predicted with, over those of the model.
 const FINER: f64 = 10.0;

@@ -39,7 +39,7 @@ use coldplate_base::error::Result;
 use coldplate_base::numbers::{TWO_SIDED_90, significant};
 use coldplate_base::progress::Progress;
 use coldplate_describe::machine::DescribedVariable;
-use coldplate_evidence::faulty_readings::{Cleared, Fault, cleared, kept};
+use coldplate_evidence::faulty_readings::{Cleared, Fault, FaultKind, cleared, kept, rest};
 use coldplate_evidence::identify::Runs;
 use coldplate_evidence::measurement::{Data, DividedData, MOST_READINGS, MeasurementUncertainty, VariableUncertainty, Whitener, thinned};
 use coldplate_explore::simulate::Start;
@@ -160,16 +160,17 @@ impl Problem {
         Self { uncertainty, noise_share: share, ..self.clone() }
     }
 
-    /// The same without faulty readings of logs, which are named in [`Problem::faults`]. Of a table every hypothesis says by itself which
-    /// readings are wrong ([`PlaceSet::aside`]).
+    /// The same without faulty readings of logs, or without copies of rows of a table, which are named in [`Problem::faults`]. Of a table every
+    /// hypothesis says by itself which readings are wrong ([`PlaceSet::aside`]).
     ///
     /// # Errors
     /// As [`cleared`].
     pub fn cleared(self) -> Result<Self> {
+        let Cleared { mut data, mut faults, .. } = cleared(&self.study, &self.data, &self.uncertainty, self.start)?;
         if !self.data.is_transient() {
-            return Ok(self);
+            faults.retain(|fault| fault.kind == FaultKind::DuplicateRow);
+            data = rest(&self.data, &faults);
         }
-        let Cleared { data, faults, .. } = cleared(&self.study, &self.data, &self.uncertainty, self.start)?;
         let places = kept(&self.data, &faults);
         Ok(Self { data, faults, places, ..self })
     }

@@ -1,5 +1,6 @@
 //! The machine as it is beside the data: every place and kind fitted, sets grown, laws told.
 
+use std::collections::HashMap;
 use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
@@ -105,6 +106,9 @@ impl<'p> Beside<'p> {
         let is_costly = problem.study.model.mesh.cells > 0;
         let mut candidates: Vec<Candidate> =
             visible.par_iter().zip(&sizes).map(|(own, size)| candidate(&predictor, *own, *size, !is_costly)).collect();
+        let mut of_kind: HashMap<&str, usize> = HashMap::new();
+        visible.iter().for_each(|(h, _)| *of_kind.entry(h.kind()).or_default() += 1);
+        candidates.iter_mut().zip(&visible).for_each(|(own, (h, _))| own.rate = h.rate(of_kind[h.kind()]));
         let log = is_log.then(|| Log::new(problem, &predictor, (base, &self.catalogue), (&visible, &sizes), settings));
         let (errors, profiles, names) = match &log {
             None => {
@@ -124,7 +128,7 @@ impl<'p> Beside<'p> {
         let about: Option<About<'_>> = if is_followed { Some(&about) } else { None };
         let along = log.as_ref().map(Log::along);
         let in_time = |m: usize, own: Candidate| match log.as_ref().zip(along.as_ref()) {
-            Some((_, along)) => own.in_time(along[m].clone(), force::runs(&predictor, visible[m].0)),
+            Some((_, along)) => own.in_time(along[m].clone(), runs_in_time(&predictor, visible[m].0)),
             None => own,
         };
         candidates = candidates.into_iter().enumerate().map(|(m, own)| in_time(m, own)).collect();
@@ -141,7 +145,11 @@ impl<'p> Beside<'p> {
                 .take(RUN_OF_CELLS[usize::from(is_log)])
                 .collect();
             let run = |m: &usize| (*m, candidate(&predictor, visible[*m], sizes[*m], true));
-            best.par_iter().map(run).collect::<Vec<_>>().into_iter().for_each(|(m, run)| candidates[m] = in_time(m, run));
+            best.par_iter()
+                .map(run)
+                .collect::<Vec<_>>()
+                .into_iter()
+                .for_each(|(m, run)| candidates[m] = in_time(m, Candidate { rate: candidates[m].rate, ..run }));
             (0..visible.len()).filter(bent).count() - best.len()
         } else {
             0
@@ -211,6 +219,7 @@ impl Found<'_> {
             return Cause::new(h.clone(), member.amplitudes[most], deviation);
         }
         let problem = self.beside.problem;
+        let read = rows_that_count(&problem.data);
         let axis =
             |v: &usize| problem.study.model.machine.variables.iter().position(|own| own.name == self.names[*v]).map(|v| scales.axis(v).0);
         let axes = over.iter().map(axis).collect::<Option<Vec<Axis>>>().filter(|_| !curved);
@@ -218,14 +227,18 @@ impl Found<'_> {
             Some(axes) => {
                 let parts: Vec<FoundLaw> =
                     std::iter::once(FoundLaw::One).chain(axes.iter().map(|axis| FoundLaw::Over(axis.clone(), Course::Straight))).collect();
-                let rows: Vec<&Condition> = problem.data.rows.iter().map(|row| &row.condition).collect();
+                let rows: Vec<&Condition> = read.iter().map(|row| &problem.data.rows[*row].condition).collect();
                 let factors: Vec<Vec<f64>> = parts.iter().map(|part| part.factors(&rows)).collect();
                 let shares = coefficients(&factors.iter().map(Vec::as_slice).collect::<Vec<_>>(), &member.amplitudes);
                 let mut all = parts.into_iter().zip(shares).map(|(part, share)| (share / whole, part));
                 let first = all.next().unwrap_or((0.0, FoundLaw::One));
                 all.fold(first, |sum, part| (1.0, FoundLaw::Sum(Box::new([sum, part])))).1
             }
-            None => FoundLaw::Rows(Sequence::Free(member.amplitudes.iter().map(|a| a / whole).collect())),
+            None => {
+                let mut all = vec![0.0; problem.data.rows.len()];
+                read.iter().zip(&member.amplitudes).for_each(|(row, a)| all[*row] = a / whole);
+                FoundLaw::Rows(Sequence::Free(all))
+            }
         };
         let law = scales.named(law);
         Cause::new(h.clone().under_of(law, scales), whole, deviation)
@@ -323,7 +336,7 @@ fn whole<'f>(all: impl Iterator<Item = &'f Fit> + Clone) -> f64 {
 /// The best sets of each size, whose laws are looked for, and the others.
 fn best_of_each_size(mut all: Vec<Fit>) -> (Vec<Fit>, Vec<Fit>) {
     all.sort_by(|a, b| b.log_posterior().total_cmp(&a.log_posterior()));
-    let mut counts = std::collections::HashMap::new();
+    let mut counts = HashMap::new();
     all.into_iter().partition(|fit| {
         let count: &mut usize = counts.entry(fit.members.len()).or_default();
         *count += 1;
@@ -421,6 +434,12 @@ fn sum_and_error(numbers: &[f64]) -> (f64, f64) {
     (n * mean, (n * variance).sqrt())
 }
 
+/// Whether the amplitude of a cause may run over the rows of a log. An error of a sensor or of a temperature around the machine that changes with
+/// the time does what the wandering errors and the disturbance do, and would explain everything by definition: it has a mean.
+fn runs_in_time(predictor: &Predictor<'_>, h: &Hypothesis) -> bool {
+    !h.is_sensor() && h.unit != "K" && force::runs(predictor, h)
+}
+
 /// Whether the readings answer straight, however large it is.
 fn is_straight(h: &Hypothesis) -> bool {
     h.is_fixed() || h.reads_course() || matches!(h.effect, Effect::Heat(_) | Effect::User(_))
@@ -443,7 +462,7 @@ fn candidate(predictor: &Predictor<'_>, (h, column): (&Hypothesis, &Vec<f64>), s
         }
     }
     let may_wander = !matches!(h.effect, Effect::Heat(_) | Effect::User(_));
-    Candidate { answer, is_signed: h.is_signed && !h.is_fixed(), range, rate: h.rate(1), may_wander, may_run: true }
+    Candidate { answer, is_signed: h.is_signed && !h.is_fixed(), range, rate: 1.0, may_wander, may_run: true }
 }
 
 /// The covariance of a table's readings without any cause.

@@ -94,7 +94,11 @@ impl<'a> Gross<'a> {
     /// Readings that may be set aside where the largest part among them has so many: of a few sensors one may be dead.
     fn most(&self, largest: usize) -> usize {
         let all = self.places.len();
-        if 2 * largest > all { 0 } else { largest + (self.settings().most_wrong * (all - largest) as f64) as usize }
+        if 2 * largest > all || self.settings().most_wrong == 0.0 {
+            0
+        } else {
+            largest + (self.settings().most_wrong * (all - largest) as f64) as usize
+        }
     }
 
     /// Standard deviation of the noise that stands for a reading anywhere in its range, K: with no residual it has the density of that.

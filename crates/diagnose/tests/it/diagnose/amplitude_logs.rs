@@ -123,8 +123,13 @@ fn log(seed: u64, truth: &Truth<'_>) -> Problem {
     problem
 }
 
-/// The set in front, told for who reads a failure.
+/// The set in front.
 fn front(name: &str, problem: &Problem) -> PlaceSet {
+    sets(name, problem).swap_remove(0)
+}
+
+/// All sets, the first ones told for who reads a failure.
+fn sets(name: &str, problem: &Problem) -> Vec<PlaceSet> {
     let found = places(problem, &AmplitudeSettings::default(), &Silent).unwrap();
     for set in found.sets.iter().take(4) {
         let of = |own: &PlaceAndKind| {
@@ -137,7 +142,7 @@ fn front(name: &str, problem: &Problem) -> PlaceSet {
             set.probability, set.lead, set.looseness.spread, set.looseness.disturbance, set.looseness.wandering
         );
     }
-    found.sets[0].clone()
+    found.sets
 }
 
 /// Whether a set has one cause of a kind at a place, and nothing else.
@@ -177,8 +182,12 @@ fn a_contact_opens_with_time() {
 #[test]
 fn a_heat_by_a_threshold() {
     let lines = [("source.heater", "{ in = \"housing\", power = \"60 * min(1, max(0, 0.5 + (feed_mm - 250) / 10))\" }")];
-    let set = front("threshold", &log(5, &Truth { lines: &lines, shown: AS_IT_IS }));
-    let own = only(&set, "heat source", "housing");
+    // Air around the housing that is warmer by as much does the same.
+    let found = sets("threshold", &log(5, &Truth { lines: &lines, shown: AS_IT_IS }));
+    let is_heat = |set: &&PlaceSet| set.members.len() == 1 && set.members[0].hypothesis.kind() == "heat source";
+    let set = found.iter().take(2).find(is_heat).unwrap();
+    assert!(set.probability > 0.2, "{}", set.probability);
+    let own = only(set, "heat source", "housing");
     assert_eq!(own.over.as_deref(), Some("feed"));
     let on = |time: f64| if (time / 700.0) as usize % 2 == 0 { 60.0 } else { 0.0 };
     assert!(times().zip(&own.amplitudes).all(|(time, a)| (a - on(time)).abs() < 8.0), "{:?}", own.amplitudes);
