@@ -214,12 +214,6 @@ impl ErrorParts {
         &self.numbers
     }
 
-    /// Parts without the numbers that are fitted: all numbers called uncertain, and the given ones of the file.
-    pub fn without(&self, numbers: &[usize]) -> Self {
-        let kept = self.numbers.iter().enumerate().filter(|(k, _)| !numbers.contains(k)).map(|(_, c)| c.clone()).collect();
-        Self { uncertain: Vec::new(), numbers: kept, ..self.clone() }
-    }
-
     /// Parts with the independent noise of the readings scaled by `share`.
     pub fn with_noise(&self, share: f64) -> Self {
         Self { noise: self.noise.iter().map(|noise| share * noise).collect(), ..self.clone() }
@@ -402,12 +396,6 @@ impl ErrorParts {
             memories(*wandering).iter().map(|m| DiscrepancySize { wandering: *wandering, memory: *m, ..*at }).collect::<Vec<_>>()
         };
         WANDERINGS.iter().flat_map(of).collect()
-    }
-
-    /// Most probable level of a residual (K, one entry per reading) that is no larger than models of such machines usually
-    /// have.
-    pub fn learn_usual(&self, residual: &[f64]) -> DiscrepancySize {
-        self.learn(residual, &[], DiscrepancySize::NONE, Some(DiscrepancySize::usual(self.is_log())))
     }
 
     fn products(&self, level: &DiscrepancySize, residual: &[f64], free: &[Vec<f64>]) -> Products {

@@ -283,11 +283,6 @@ impl Hypothesis {
         self.is_sensor() && self.effect.family().says_when()
     }
 
-    /// Whether its law is one that is looked for only where something is wrong.
-    pub(crate) fn is_rare(&self) -> bool {
-        self.law.says_when() || self.law.is_free()
-    }
-
     /// How it depends on the condition, in words.
     pub fn law_words(&self) -> String {
         self.law_of.clone().unwrap_or_else(|| self.law.words().into())
@@ -366,19 +361,6 @@ impl Hypothesis {
     /// Whether more and less of it bend so differently that logs are followed along a secant to one side.
     pub(crate) fn is_bent(&self) -> bool {
         self.effect.family().is_bent()
-    }
-
-    /// How far its effect at an amplitude may be from what its slope promises, as a share of that. Heats, offsets and gains are straight.
-    /// What is by a factor lies between the slope in the factor and that in one over it. A path that is added takes away the difference
-    /// that drives it: as large as what was there, which its prior's scale stands for, it does half of what its slope says.
-    pub fn bend(&self, amplitude: f64) -> f64 {
-        let size = amplitude.abs();
-        match self.unit {
-            _ if self.is_sensor() || matches!(self.effect, Effect::Heat(_) | Effect::User(_)) => 0.0,
-            "K" => 0.0,
-            unit if unit.starts_with("ln") => (size.exp_m1() / size.max(f64::MIN_POSITIVE) - 1.0).clamp(0.0, 1.0),
-            _ => size / (size + self.scale),
-        }
     }
 
     /// What acts on a reading and not on the machine.

@@ -2,8 +2,6 @@
 
 use super::{Effect, Hypothesis, Law, Leak, Radiation, Sensor};
 
-/// How much rarer a cause by a rarer law is than one by the laws that are always looked for.
-const RARE: f64 = 0.1;
 /// How much rarer a wrong conductivity of a table is than what depends on how a machine was put together, and radiation between two parts
 /// that the model lacks than what conducts.
 const TABLED: f64 = 0.25;
@@ -28,12 +26,6 @@ impl Hypothesis {
             Effect::Leak(Leak::Link(..)) | Effect::Sensor(Sensor::Swap(..)) => of_pair,
             _ => 1.0,
         }
-    }
-
-    /// What its share of the prior of its place counts: laws that change with the time, and exponents between those that physics names,
-    /// are rarer, and what chooses a number of its own from the data pays for it.
-    pub fn share(&self) -> f64 {
-        if self.is_rare() { RARE * self.number.as_ref().map_or(1.0, |number| number.share) } else { 1.0 }
     }
 
     /// Whether it may be many times what is usual: heat and paths that the model lacks, a contact that came loose, a channel that is nearly
