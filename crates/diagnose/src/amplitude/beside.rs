@@ -22,7 +22,6 @@ use super::ways::{FoundWay, Ways, coefficients, largest, not_nothing};
 use super::{PlaceAndKind, PlaceSet, Places, Way};
 use crate::effects::{Axis, Course, Effect, FoundLaw, Heat, Hypothesis, Law, Scales, Sequence, hypotheses};
 use crate::predictor::Predictor;
-use crate::signature;
 use crate::view::Comparison;
 use crate::{Cause, Problem};
 use coldplate_base::error::Result;
@@ -51,10 +50,8 @@ const MOST_SETS: usize = 12;
 pub(crate) struct Beside<'p> {
     /// The problem.
     pub problem: &'p Problem,
-    /// Places and kinds, each under its usual law.
+    /// Places and kinds, each under its usual law, and those that may change with the temperature of their place under that law too.
     pub catalogue: Vec<Hypothesis>,
-    /// The same under the law that follows the temperature of their place.
-    drifting: Vec<Hypothesis>,
     /// Where laws are one.
     pub scales: Scales,
     /// Predictions, residual, signatures of the catalogue, and covariance.
@@ -70,10 +67,9 @@ impl<'p> Beside<'p> {
         let (study, data) = (&problem.study, &problem.data);
         let scales = Scales::of(data, &study.model.machine);
         let mut catalogue = hypotheses(study, data, &problem.user);
-        let drifting = catalogue.iter().filter(|h| h.is_drift() && h.law != h.effect.usual_law()).cloned().collect();
-        catalogue.retain(|h| h.law == h.effect.usual_law() && !problem.without.iter().any(|kind| kind == h.kind()));
+        catalogue.retain(|h| (h.law == h.effect.usual_law() || h.is_drift()) && !problem.without.iter().any(|kind| kind == h.kind()));
         let base = Comparison::of(problem, study, &catalogue, &scales)?;
-        Ok(Self { problem, catalogue, drifting, scales, base })
+        Ok(Self { problem, catalogue, scales, base })
     }
 
     /// The same where further laws are known.
@@ -128,7 +124,10 @@ impl<'p> Beside<'p> {
         let about: Option<About<'_>> = if is_followed { Some(&about) } else { None };
         let along = log.as_ref().map(Log::along);
         let in_time = |m: usize, own: Candidate| match log.as_ref().zip(along.as_ref()) {
-            Some((_, along)) => own.in_time(along[m].clone(), runs_in_time(&predictor, visible[m].0)),
+            Some((_, along)) => {
+                let may_run = own.may_run && runs_in_time(&predictor, visible[m].0);
+                own.in_time(along[m].clone(), may_run)
+            }
             None => own,
         };
         candidates = candidates.into_iter().enumerate().map(|(m, own)| in_time(m, own)).collect();
@@ -247,20 +246,14 @@ impl Found<'_> {
     /// Sets of a table, most probable first, with the laws of their members, and scales that know these.
     fn under_laws(&self, all: Vec<Fit>, progress: &dyn Progress) -> (Vec<PlaceSet>, Scales) {
         progress.say("laws");
-        let Beside { problem, scales, drifting, .. } = self.beside;
+        let Beside { problem, scales, .. } = self.beside;
         let machine = &problem.study.model.machine;
         let at = self.names.iter().map(|name| machine.variables.iter().position(|variable| variable.name == *name)).collect::<Vec<_>>();
         let axes: Vec<Option<Axis>> = at.iter().map(|v| v.map(|v| scales.axis(v).0)).collect();
         let laws = Laws::new(scales, machine, &problem.data, &at.into_iter().flatten().collect::<Vec<_>>());
         let (mut all, rest) = best_of_each_size(all);
-        let members: Vec<&Hypothesis> = all.iter().flat_map(|fit| &fit.members).map(|c| self.visible[*c].0).collect();
-        let drifts = drifts(&self.beside.predictor(), drifting, &members);
-        let of_place = |c: &usize| drifts.iter().filter(|(h, _)| is_of(h, self.visible[*c].0)).map(|(_, own)| own.clone()).collect();
         let (_, variables) = variables(problem);
-        let ways = |fit: &Fit| {
-            let drifts = fit.members.iter().map(of_place).collect();
-            Ways { search: self.search, fit, laws: &laws, drifts, axes: &axes, variables: &variables }.found()
-        };
+        let ways = |fit: &Fit| Ways { search: self.search, fit, laws: &laws, axes: &axes, variables: &variables }.found();
         let ways: Vec<(f64, Vec<FoundWay>)> = all.par_iter().map(ways).collect();
         // The evidence of a set is that of all ways in which it can act.
         all.iter_mut().zip(&ways).for_each(|(fit, (log, _))| fit.log_evidence = *log);
@@ -271,7 +264,7 @@ impl Found<'_> {
         let of = |(fit, (_, found)): (Fit, (f64, Vec<FoundWay>))| -> PlaceSet {
             let set = self.told(&fit, whole);
             let sizes: Vec<Sizing> = fit.members.iter().map(|m| self.sizes[*m]).collect();
-            let ways = found.into_iter().map(|way| told(way, (&set.members, &sizes), &drifts, &mut named, problem)).collect();
+            let ways = found.into_iter().map(|way| told(way, (&set.members, &sizes), &mut named, problem)).collect();
             PlaceSet { ways, ..set }
         };
         (found.into_iter().take(MOST_SETS).map(of).collect(), named)
@@ -344,43 +337,14 @@ fn best_of_each_size(mut all: Vec<Fit>) -> (Vec<Fit>, Vec<Fit>) {
     })
 }
 
-/// Whether a hypothesis is of the place and effect of another.
-fn is_of(h: &Hypothesis, other: &Hypothesis) -> bool {
-    h.effect == other.effect && h.place == other.place
-}
-
-/// What changes with the temperature of its place instead, of some members, with its answers.
-fn drifts(predictor: &Predictor<'_>, all: &[Hypothesis], members: &[&Hypothesis]) -> Vec<(Hypothesis, Candidate)> {
-    let is_member = |h: &&Hypothesis| members.iter().any(|own| is_of(h, own));
-    let own: Vec<Hypothesis> = all.iter().filter(is_member).cloned().collect();
-    let about = (predictor.scales, predictor.user);
-    let found = signature::steady(predictor.study, predictor.data, &[], &own, about, Some(predictor.fields));
-    let columns = found.map(|found| found.columns).unwrap_or_default();
-    let network = &predictor.study.model.network;
-    let of = |(h, column): (Hypothesis, Vec<f64>)| {
-        let size = Sizing::of(&h, network, is_straight(&h));
-        let own = candidate(predictor, (&h, &column), size, true);
-        (h, own)
-    };
-    own.into_par_iter().zip(columns).map(of).collect()
-}
-
 /// A way as causes; its laws get names in the scales.
-fn told(
-    way: FoundWay,
-    (members, sizes): (&[PlaceAndKind], &[Sizing]),
-    drifts: &[(Hypothesis, Candidate)],
-    scales: &mut Scales,
-    problem: &Problem,
-) -> Way {
+fn told(way: FoundWay, (members, sizes): (&[PlaceAndKind], &[Sizing]), scales: &mut Scales, problem: &Problem) -> Way {
     let mut causes = Vec::with_capacity(members.len());
     for ((own, member), size) in way.causes.into_iter().zip(members).zip(sizes) {
         let h = &member.hypothesis;
-        let mut drifts = drifts.iter().filter(|(drift, _)| is_of(drift, h)).map(|(drift, _)| drift.clone());
-        let under = match (own.rule, own.drift) {
-            (_, Some(d)) => drifts.nth(d).unwrap_or_else(|| h.clone()),
-            (None, None) => h.clone(),
-            (Some(rule), None) => {
+        let under = match own.rule {
+            None => h.clone(),
+            Some(rule) => {
                 let law = match rule {
                     Rule::Listed(law) => law,
                     Rule::Found(found) => scales.named(found),
@@ -462,7 +426,7 @@ fn candidate(predictor: &Predictor<'_>, (h, column): (&Hypothesis, &Vec<f64>), s
         }
     }
     let may_wander = !matches!(h.effect, Effect::Heat(_) | Effect::User(_));
-    Candidate { answer, is_signed: h.is_signed && !h.is_fixed(), range, rate: 1.0, may_wander, may_run: true }
+    Candidate { answer, is_signed: h.is_signed && !h.is_fixed(), range, rate: 1.0, may_wander, may_run: h.law == h.effect.usual_law() }
 }
 
 /// The covariance of a table's readings without any cause.

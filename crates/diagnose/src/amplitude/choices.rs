@@ -77,7 +77,7 @@ impl Search<'_> {
     /// Ways in which an amplitude may run over the rows, from one of them: another size or freedom, another curve, or another law.
     pub(super) fn ways(&self, from: Freedom, with_curves: bool, candidate: &Candidate) -> [Vec<Freedom>; 3] {
         let s = self.settings;
-        let freedoms = if self.is_log() { &s.freedoms[..1] } else { &s.freedoms[..] };
+        let freedoms = if self.is_log() || !candidate.may_run { &s.freedoms[..1] } else { &s.freedoms[..] };
         let of = |size: &f64| freedoms.iter().map(|freedom| Freedom { size: *size, freedom: *freedom, ..from }).collect::<Vec<_>>();
         let sizes = s.sizes.iter().flat_map(of).collect();
         let mut curves = Vec::new();

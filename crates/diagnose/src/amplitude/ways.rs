@@ -30,8 +30,6 @@ pub struct FoundCause {
     pub rule: Option<Rule>,
     /// The number of that law, where it was found from the data.
     pub number: Option<LawNumber>,
-    /// Which of the member's drifts it is, where it changes with the temperature of its place instead.
-    pub drift: Option<usize>,
     /// Amplitude and its standard deviation, in units of the scale.
     pub amplitude: (f64, f64),
 }
@@ -54,8 +52,6 @@ enum Means {
     Law { singles: Vec<Single>, with_constant: bool, deviation: f64 },
     /// Any: no known law.
     Unknown,
-    /// That of the temperature of its place: a candidate, and which of the member's own.
-    Drift { candidate: usize, own: usize },
 }
 
 /// A law of a member.
@@ -79,8 +75,6 @@ pub struct Ways<'a> {
     pub fit: &'a Fit,
     /// Laws of the table.
     pub laws: &'a Laws<'a>,
-    /// Candidates by which a member changes with the temperature of its place, for each member.
-    pub drifts: Vec<Vec<Candidate>>,
     /// The machine's variable of each variable of the search; none of the order of the rows.
     pub axes: &'a [Option<Axis>],
     /// Values of each variable of the search in the rows.
@@ -93,9 +87,8 @@ impl Ways<'_> {
         if self.fit.members.is_empty() {
             return (self.fit.log_evidence, vec![FoundWay { causes: Vec::new(), probability: 1.0 }]);
         }
-        let mut candidates: Vec<Candidate> = self.fit.members.iter().map(|m| self.search.candidates[*m].clone()).collect();
+        let candidates: Vec<Candidate> = self.fit.members.iter().map(|m| self.search.candidates[*m].clone()).collect();
         let count = candidates.len();
-        candidates.extend(self.drifts.iter().flatten().cloned());
         let about = Search { candidates: &candidates, ..self.search.with_errors_of(self.fit) };
         let fit = Fit { members: (0..count).collect(), ..self.fit.clone() };
         let choices: Vec<Vec<Choice>> = (0..count).map(|m| self.choices(&about, &fit, m)).collect();
@@ -183,19 +176,12 @@ impl Ways<'_> {
             let columns = DMatrix::from_fn(self.row_count(), near.len() + 1, |row, f| if f == 0 { 1.0 } else { near[f - 1].factors[row] });
             (others.of_functions(m, &columns), near)
         };
-        let mut all = self.of_laws(&screen, &near, self.drifts[m].len());
-        let most = all.iter().map(|choice| choice.gain).fold(f64::NEG_INFINITY, f64::max);
-        let first: usize = self.drifts[..m].iter().map(Vec::len).sum::<usize>() + fit.members.len();
-        let drift_price = screen.choice_price + (self.one_count(m) as f64).ln();
-        // What changes with a temperature has no column here: it is fitted to the end.
-        let drifts = (0..self.drifts[m].len()).map(|d| Choice {
-            means: Means::Drift { candidate: first + d, own: d },
-            freedom: Freedom::constant(search.settings.sizes[0]),
-            gain: most,
-            price: drift_price,
-            number: None,
-        });
-        all.extend(drifts);
+        // With the temperature of its place is a law by itself.
+        if !search.candidates[fit.members[m]].may_run {
+            let constants = screen.constants();
+            return if constants.is_empty() { vec![self.as_found(fit, m, 0.0)] } else { constants };
+        }
+        let mut all = self.of_laws(&screen, &near);
         // One curve over each variable at most: the others are the same with another length.
         unknown.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         let over = |choice: &Choice| choice.freedom.curve.map(|((variable, _), _)| variable);
@@ -204,19 +190,15 @@ impl Ways<'_> {
         best(all)
     }
 
-    fn one_count(&self, m: usize) -> usize {
-        self.laws.counts()[0] + self.drifts[m].len()
-    }
-
     /// No known law: the curve or freedom with which the member was found.
     fn as_found(&self, fit: &Fit, m: usize, gain: f64) -> Choice {
         Choice { means: Means::Unknown, freedom: fit.freedoms[m], gain, price: 0.0, number: None }
     }
 
     /// The constant and the laws of functions of a member.
-    fn of_laws(&self, screen: &Screen<'_>, near: &dyn Fn(usize) -> (Functions, Vec<Single>), drifts: usize) -> Vec<Choice> {
+    fn of_laws(&self, screen: &Screen<'_>, near: &dyn Fn(usize) -> (Functions, Vec<Single>)) -> Vec<Choice> {
         let [one, two] = self.laws.counts();
-        let (one, two) = (screen.choice_price + ((one + drifts) as f64).ln(), 2.0 * screen.choice_price + (two as f64).ln());
+        let (one, two) = (screen.choice_price + (one as f64).ln(), 2.0 * screen.choice_price + (two as f64).ln());
         let mut all: Vec<Choice> = screen.constants();
         for family in self.laws.families() {
             if family.form.is_alone {
@@ -239,12 +221,6 @@ impl Ways<'_> {
             begun.freedoms[m] = choice.freedom;
             match &choice.means {
                 Means::Law { deviation, .. } => begun.freedoms[m].curve = Some((self.curve(way, m, count), *deviation)),
-                Means::Drift { candidate, .. } => {
-                    begun.members[m] = *candidate;
-                    begun.amplitudes[m].fill(0.0);
-                    // The machine in force has it under another law.
-                    begun.reference = None;
-                }
                 Means::Constant | Means::Unknown => {}
             }
         }
@@ -264,10 +240,9 @@ impl Ways<'_> {
     /// A member under its law, from its amplitudes in the rows and their deviations.
     fn cause(&self, search: &Search<'_>, choice: &Choice, amplitudes: &[f64], deviations: &[f64]) -> FoundCause {
         let most = largest(amplitudes);
-        let found = |rule, amplitude| FoundCause { rule, number: choice.number.clone(), drift: None, amplitude };
+        let found = |rule, amplitude| FoundCause { rule, number: choice.number.clone(), amplitude };
         match &choice.means {
             Means::Constant => found(None, (amplitudes[most], deviations[most])),
-            Means::Drift { own, .. } => FoundCause { drift: Some(*own), ..found(None, (amplitudes[most], deviations[most])) },
             Means::Law { singles, with_constant: false, .. } if singles.len() == 1 => {
                 let own = &singles[0];
                 let at = largest(&own.factors);
