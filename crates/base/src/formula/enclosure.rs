@@ -6,6 +6,7 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use super::program::{Function, Op};
+use super::table::Table;
 
 /// A closed interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -189,6 +190,18 @@ impl Enclosure {
         Self { value, slope: derivative.times(self.slope), ..self }
     }
 
+    fn through_table(self, table: &Table) -> Self {
+        let (x, points) = (self.value, table.points());
+        let inside = || points.iter().filter(|(at, _)| x.low < *at && *at < x.high);
+        let value = inside().fold(x.through(|x| table.at(x).0), |all, (_, y)| all.joined(Interval::point(*y)));
+        let pieces = points.windows(2).filter(|pair| pair[0].0 <= x.high && x.low < pair[1].0);
+        let slopes = pieces.map(|pair| (pair[1].1 - pair[0].1) / (pair[1].0 - pair[0].0));
+        let beyond = points.first().zip(points.last()).is_none_or(|(first, last)| x.low < first.0 || x.high >= last.0);
+        let slopes = slopes.chain(beyond.then_some(0.0)).map(Interval::point).reduce(Interval::joined);
+        let slope = slopes.unwrap_or(Interval::ALL).times(self.slope);
+        Self { value, slope, is_smooth: self.is_smooth && inside().next().is_none() }
+    }
+
     fn raised(self, power: Self) -> Self {
         let is_smooth = self.is_smooth && power.is_smooth;
         if power.value.is_point() && power.slope == Interval::ZERO {
@@ -217,11 +230,12 @@ pub(super) fn run(program: &[Op], slots: &[Enclosure]) -> Enclosure {
     let mut stack: Vec<Enclosure> = Vec::with_capacity(16);
     for op in program {
         let mut pop = || stack.pop().unwrap_or(unknown);
-        let out = match *op {
-            Op::Number(number) => Enclosure::constant(number),
-            Op::Slot(at) => slots.get(at).copied().unwrap_or(unknown),
+        let out = match op {
+            Op::Number(number) => Enclosure::constant(*number),
+            Op::Slot(at) => slots.get(*at).copied().unwrap_or(unknown),
             Op::Negate => pop().negated(),
-            Op::Call(function) => pop().called(function),
+            Op::Call(function) => pop().called(*function),
+            Op::Table(table) => pop().through_table(table),
             Op::Add | Op::Subtract => {
                 let b = pop();
                 let (a, b) = (pop(), if *op == Op::Subtract { b.negated() } else { b });
@@ -287,6 +301,8 @@ mod tests {
             "min(t, 1, 2 - t)",
             "max(0, t) * 4",
             "(3 + t)^-1.5",
+            "table(t, -1, 2, 0.1, 3, 0.35, -1, 2, 0)",
+            "table(t * t, 0, 1, 0.5, 0)",
             "t^4",
         ];
         for text in texts {

@@ -29,6 +29,7 @@ use crate::units::{self, Dimension, ZERO_CELSIUS};
 
 mod enclosure;
 mod program;
+mod table;
 
 pub use enclosure::{Enclosure, Interval};
 use program::Op;

@@ -3,13 +3,14 @@
 //! Grammar, from weak to strong: `+ -`, `* /`, unary `-`, `^` (to the right; `-2^2` is -4), then
 //! numbers (`1.5e-4`), names, `pi`, parentheses and calls of the functions in [`FUNCTIONS`].
 
+use super::table::Table;
 use crate::error::{Error, Result, did_you_mean};
 
 /// Deepest nesting of parentheses, signs and powers (count). Chosen: bounds the recursion of the parser; formulas in
 /// use nest a few levels.
 const DEEPEST: usize = 64;
 /// Functions of one argument, then the functions of two or more.
-pub(super) const FUNCTIONS: [&str; 11] = ["sqrt", "exp", "ln", "log10", "abs", "sin", "cos", "tan", "tanh", "min", "max"];
+pub(super) const FUNCTIONS: [&str; 12] = ["sqrt", "exp", "ln", "log10", "abs", "sin", "cos", "tan", "tanh", "min", "max", "table"];
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Function {
@@ -37,7 +38,7 @@ const ONE_ARGUMENT: [Function; 9] = [
     Function::Tanh,
 ];
 
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) enum Op {
     Number(f64),
     Slot(usize),
@@ -50,6 +51,7 @@ pub(super) enum Op {
     Maximum,
     Negate,
     Call(Function),
+    Table(Table),
 }
 
 impl Function {
@@ -76,23 +78,22 @@ pub(super) fn run(program: &[Op], slots: &[f64], tangent: Option<&[f64]>) -> (f6
     let get = |slots: &[f64], at: usize| slots.get(at).copied().unwrap_or(f64::NAN);
     let mut stack: Vec<(f64, f64)> = Vec::with_capacity(16);
     for op in program {
-        let out = match *op {
-            Op::Number(number) => (number, 0.0),
-            Op::Slot(at) => (get(slots, at), tangent.map_or(0.0, |t| get(t, at))),
-            Op::Negate | Op::Call(_) => {
+        let out = match op {
+            Op::Number(number) => (*number, 0.0),
+            Op::Slot(at) => (get(slots, *at), tangent.map_or(0.0, |t| get(t, *at))),
+            Op::Negate | Op::Call(_) | Op::Table(_) => {
                 let (x, dx) = stack.pop().unwrap_or((f64::NAN, 0.0));
-                match *op {
-                    Op::Call(function) => {
-                        let (y, slope) = function.at(x);
-                        (y, if dx == 0.0 { 0.0 } else { slope * dx })
-                    }
-                    _ => (-x, -dx),
-                }
+                let (y, slope) = match op {
+                    Op::Call(function) => function.at(x),
+                    Op::Table(table) => table.at(x),
+                    _ => (-x, -1.0),
+                };
+                (y, if dx == 0.0 { 0.0 } else { slope * dx })
             }
             _ => {
                 let (b, db) = stack.pop().unwrap_or((f64::NAN, 0.0));
                 let (a, da) = stack.pop().unwrap_or((f64::NAN, 0.0));
-                match *op {
+                match op {
                     Op::Add => (a + b, da + db),
                     Op::Subtract => (a - b, da - db),
                     Op::Multiply => (a * b, da * b + a * db),
@@ -185,8 +186,8 @@ fn tokens(text: &str) -> Result<Vec<(usize, Token)>> {
 }
 
 /// Help text on the grammar of formulas.
-const HELP: &str =
-    "a formula is made of numbers, names, + - * / ^ ( ), sqrt exp ln log10 abs sin cos tan tanh, min(a, b), max(a, b) and pi";
+const HELP: &str = "a formula is made of numbers, names, + - * / ^ ( ), sqrt exp ln log10 abs sin cos tan tanh, min(a, b), max(a, b), \
+     table(x, x0, y0, x1, y1, ...) and pi";
 
 /// The names in `text` that are not functions or constants; `text` need not be a valid formula.
 pub(super) fn names_in(text: &str) -> Vec<&str> {
@@ -366,9 +367,31 @@ impl Parser<'_> {
         })
     }
 
+    /// The points of a table, after its argument: numbers, which may be calculated from others.
+    fn table(&mut self, place: usize) -> Result<()> {
+        let argument = self.program.len();
+        let mut numbers = Vec::new();
+        while self.take(&[',']).is_some() {
+            let at = self.place();
+            self.sum()?;
+            if self.program[argument..].iter().any(|op| matches!(op, Op::Slot(_))) {
+                let error = Error::input(format!("a point of 'table' depends on a name (character {at})"));
+                return Err(error.help("the first argument may depend on names; x0, y0, x1, y1, ... are numbers"));
+            }
+            numbers.push(run(&self.program[argument..], &[], None).0);
+            self.program.truncate(argument);
+            self.places.truncate(argument);
+        }
+        self.push(Op::Table(Table::new(&numbers)?), place);
+        self.expect(')')
+    }
+
     fn call(&mut self, name: &str, function: usize, place: usize) -> Result<()> {
         self.expect('(')?;
         self.sum()?;
+        if name == "table" {
+            return self.table(place);
+        }
         let mut count = 1;
         while self.take(&[',']).is_some() {
             self.sum()?;
