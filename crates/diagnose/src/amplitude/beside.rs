@@ -26,7 +26,6 @@ use crate::view::Comparison;
 use crate::{Cause, Problem};
 use coldplate_base::error::Result;
 use coldplate_base::progress::Progress;
-use coldplate_base::random::Random;
 use coldplate_describe::machine::Condition;
 use coldplate_evidence::measurement::{ReadingRow, whiten};
 use coldplate_network::Load;
@@ -41,8 +40,6 @@ const REFINED_OF_CELLS: [usize; 2] = [6, 3];
 /// row has its own amplitude. A path, a film or a contact changes a row's readings by one pattern, however large it is; its size bends, which
 /// the amplitudes of the rows take up.
 const RUN_OF_CELLS: [usize; 2] = [48, 12];
-/// Draws of resampled parts of a log.
-const RESAMPLED: usize = 1000;
 /// Sets that are reported.
 const MOST_SETS: usize = 12;
 
@@ -178,15 +175,22 @@ struct Found<'a> {
 }
 
 impl Found<'_> {
-    /// Sets of a log, most probable first, each with the course of its amplitudes. Errors of a log wander in ways that no model of them has,
-    /// and thousands of readings count each of these as evidence. So sets are weighed by the density of stretches of time given all others:
-    /// each stretch is one draw, and the weights are means over resampled ones.
+    /// Sets of a log, most probable first, each with the course of its amplitudes. Errors of a log wander in ways that no model of them has, and
+    /// thousands of readings count each of these as evidence. So a further place must show in what is kept out too: it must raise the density
+    /// of stretches of time given all others by more than the standard error of that gain.
     fn in_time(&self, all: Vec<Fit>) -> (Vec<PlaceSet>, Scales) {
         let (best, _) = best_of_each_size(all);
         let densities: Vec<Vec<f64>> = best.par_iter().map(|fit| seen(self.search, fit).1).collect();
-        let priors: Vec<f64> = best.iter().map(|fit| fit.log_prior).collect();
-        let weights = resampled(&densities, &priors, self.beside.problem.seed);
-        let mut found: Vec<(Fit, f64)> = best.into_iter().zip(weights).collect();
+        let is_less =
+            |less: &Fit, fit: &Fit| less.members.len() + 1 == fit.members.len() && less.members.iter().all(|m| fit.members.contains(m));
+        let shows = |k: &usize| {
+            let less = (0..best.len()).find(|other| is_less(&best[*other], &best[*k]));
+            let gain = less.map(|less| sum_and_error(&difference(&densities[*k], &densities[less])));
+            best[*k].members.len() < 2 || gain.is_some_and(|(sum, error)| sum > error)
+        };
+        let kept: Vec<usize> = (0..best.len()).filter(shows).collect();
+        let whole = whole(kept.iter().map(|k| &best[*k]));
+        let mut found: Vec<(Fit, f64)> = kept.into_iter().map(|k| (best[k].clone(), (best[k].log_posterior() - whole).exp())).collect();
         found.sort_by(|a, b| b.1.total_cmp(&a.1));
         let mut named = self.beside.scales.clone();
         let told = |(fit, probability): (Fit, f64)| {
@@ -299,25 +303,6 @@ impl Found<'_> {
             errors: fit.errors.clone().unwrap_or_else(|| Arc::new(self.search.errors.clone())),
         }
     }
-}
-
-/// Probabilities of models by the logarithms of their densities of each part of the data given all others, with the logarithms of their priors:
-/// means over resampled parts (the Bayesian bootstrap; Yao, Vehtari, Simpson and Gelman 2018, Bayesian Analysis 13, 917, pseudo-BMA+).
-fn resampled(densities: &[Vec<f64>], priors: &[f64], seed: u64) -> Vec<f64> {
-    let parts = densities.first().map_or(0, Vec::len);
-    let mut random = Random::new(seed);
-    let mut sums = vec![0.0; densities.len()];
-    for _ in 0..RESAMPLED {
-        let weights: Vec<f64> = (0..parts).map(|_| -random.unit().max(f64::MIN_POSITIVE).ln()).collect();
-        let whole: f64 = weights.iter().sum::<f64>() / parts.max(1) as f64;
-        let log = |own: &Vec<f64>| own.iter().zip(&weights).map(|(density, weight)| density * weight / whole).sum::<f64>();
-        let logs: Vec<f64> = densities.iter().zip(priors).map(|(own, prior)| log(own) + prior).collect();
-        let most = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let each: Vec<f64> = logs.iter().map(|log| (log - most).exp()).collect();
-        let all: f64 = each.iter().sum();
-        sums.iter_mut().zip(each).for_each(|(sum, own)| *sum += own / all);
-    }
-    sums.iter().map(|sum| sum / RESAMPLED as f64).collect()
 }
 
 /// Logarithm of the sum of the posteriors of some fits.
