@@ -63,7 +63,7 @@ use coldplate_explore::simulate::Start;
 use coldplate_solve::sensitivity::UncertainNumber;
 use coldplate_solve::study::{MachineParameter, Study};
 
-pub use amplitude::{AmplitudeSettings, PlaceAndKind, PlaceSet, Places, Way, places};
+pub use amplitude::{AmplitudeSettings, PlaceAndKind, PlaceSet, Places, places};
 pub use decide::{ALARM_CAUSE, ALARM_MISFIT, Certainty, Level, Verdict};
 pub use effects::{Common, Contact, Flow, Heat, Leak, Material, Radiation, Sensor, Storage, User};
 pub use effects::{

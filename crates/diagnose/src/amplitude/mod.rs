@@ -12,10 +12,10 @@ mod settings;
 
 use rayon::prelude::*;
 
+use super::Problem;
 use super::effects::{Effect, Heat, Hypothesis, Law, Scales, hypotheses};
 use super::predictor::{KnownSlopes, Predictor};
 use super::view::Comparison;
-use super::{Cause, Problem};
 use super::{history, signature};
 use coldplate_base::error::{Error, Result};
 use coldplate_base::progress::Progress;
@@ -51,24 +51,11 @@ pub struct PlaceAndKind {
     pub over: Option<String>,
 }
 
-/// One way in which a set of places and kinds acts: each under a law.
-#[derive(Debug, Clone)]
-pub struct Way {
-    /// One cause for each member of the set, in its order.
-    pub causes: Vec<Cause>,
-    /// Probability among all ways of the set.
-    pub probability: f64,
-    /// Whether the machine file has words for it.
-    pub is_writable: bool,
-}
-
 /// A set of places and kinds.
 #[derive(Debug, Clone)]
 pub struct PlaceSet {
     /// Places and kinds in the set; the machine as it is has none.
     pub members: Vec<PlaceAndKind>,
-    /// Ways in which it acts, most probable first.
-    pub ways: Vec<Way>,
     /// Logarithm of the evidence over that of the machine as it is.
     pub lead: f64,
     /// Posterior probability among all sets that were fitted.
@@ -88,8 +75,6 @@ pub struct Places {
     pub sets: Vec<PlaceSet>,
     /// Places and kinds that were tried, each fitted to the end.
     pub tried: usize,
-    /// Where the laws of its ways are one.
-    pub scales: Scales,
 }
 
 /// Finds the places and kinds that a steady table asks for.
@@ -170,10 +155,8 @@ pub fn places(problem: &Problem, settings: &AmplitudeSettings, progress: &dyn Pr
                 over: fit.freedoms[m].curve.map(|((v, _), _)| names[v].clone()),
             }
         });
-        let members: Vec<PlaceAndKind> = members.collect();
         PlaceSet {
-            ways: vec![as_means(&members)],
-            members,
+            members: members.collect(),
             lead: fit.log_evidence - nothing.log_evidence,
             probability: (fit.log_posterior() - most).exp() / whole,
             kept_out: sum_and_error(&gains),
@@ -184,14 +167,7 @@ pub fn places(problem: &Problem, settings: &AmplitudeSettings, progress: &dyn Pr
     all.push(nothing.clone());
     all.sort_by(|a, b| b.log_posterior().total_cmp(&a.log_posterior()));
     let sets = all.iter().take(MOST_SETS).map(of).collect();
-    Ok(Places { sets, tried, scales: scales.clone() })
-}
-
-/// The way in which every amplitude is its mean over the rows.
-fn as_means(members: &[PlaceAndKind]) -> Way {
-    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
-    let cause = |m: &PlaceAndKind| Cause::new(m.hypothesis.clone(), mean(&m.amplitudes), mean(&m.deviations));
-    Way { causes: members.iter().map(cause).collect(), probability: 1.0, is_writable: true }
+    Ok(Places { sets, tried })
 }
 
 /// The best of some fits about the machine with their sets in force, most probable first.
