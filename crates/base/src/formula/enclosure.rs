@@ -301,8 +301,8 @@ mod tests {
             "min(t, 1, 2 - t)",
             "max(0, t) * 4",
             "(3 + t)^-1.5",
-            "table(t, -1, 2, 0.1, 3, 0.35, -1, 2, 0)",
-            "table(t * t, 0, 1, 0.5, 0)",
+            "interpolate(t, -1, 2, 0.1, 3, 0.35, -1, 2, 0)",
+            "interpolate(t * t, 0, 1, 0.5, 0)",
             "t^4",
         ];
         for text in texts {

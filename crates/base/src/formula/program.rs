@@ -9,8 +9,9 @@ use crate::error::{Error, Result, did_you_mean};
 /// Deepest nesting of parentheses, signs and powers (count). Chosen: bounds the recursion of the parser; formulas in
 /// use nest a few levels.
 const DEEPEST: usize = 64;
-/// Functions of one argument, then the functions of two or more.
-pub(super) const FUNCTIONS: [&str; 12] = ["sqrt", "exp", "ln", "log10", "abs", "sin", "cos", "tan", "tanh", "min", "max", "table"];
+/// Functions of one argument, then the functions of two or more. No variable can have the name of a function, so no
+/// function has the name of a part of a machine tool, such as a table.
+pub(super) const FUNCTIONS: [&str; 12] = ["sqrt", "exp", "ln", "log10", "abs", "sin", "cos", "tan", "tanh", "min", "max", "interpolate"];
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Function {
@@ -187,7 +188,7 @@ fn tokens(text: &str) -> Result<Vec<(usize, Token)>> {
 
 /// Help text on the grammar of formulas.
 const HELP: &str = "a formula is made of numbers, names, + - * / ^ ( ), sqrt exp ln log10 abs sin cos tan tanh, min(a, b), max(a, b), \
-     table(x, x0, y0, x1, y1, ...) and pi";
+     interpolate(x, x0, y0, x1, y1, ...) and pi";
 
 /// The names in `text` that are not functions or constants; `text` need not be a valid formula.
 pub(super) fn names_in(text: &str) -> Vec<&str> {
@@ -375,7 +376,7 @@ impl Parser<'_> {
             let at = self.place();
             self.sum()?;
             if self.program[argument..].iter().any(|op| matches!(op, Op::Slot(_))) {
-                let error = Error::input(format!("a point of 'table' depends on a name (character {at})"));
+                let error = Error::input(format!("a point of 'interpolate' depends on a name (character {at})"));
                 return Err(error.help("the first argument may depend on names; x0, y0, x1, y1, ... are numbers"));
             }
             numbers.push(run(&self.program[argument..], &[], None).0);
@@ -389,7 +390,7 @@ impl Parser<'_> {
     fn call(&mut self, name: &str, function: usize, place: usize) -> Result<()> {
         self.expect('(')?;
         self.sum()?;
-        if name == "table" {
+        if name == "interpolate" {
             return self.table(place);
         }
         let mut count = 1;

@@ -14,16 +14,18 @@ impl Table {
     /// # Errors
     /// There is no point, a y is missing, a number is not finite, or x does not rise.
     pub(super) fn new(numbers: &[f64]) -> Result<Self> {
-        const HELP: &str = "write table(x, x0, y0, x1, y1, ...) with x0 < x1 < ..., two numbers for each point";
+        const HELP: &str = "write interpolate(x, x0, y0, x1, y1, ...) with x0 < x1 < ..., two numbers for each point";
         if numbers.is_empty() || numbers.len() % 2 == 1 {
-            return Err(Error::input(format!("{} numbers after the first argument make no points of 'table'", numbers.len())).help(HELP));
+            return Err(
+                Error::input(format!("{} numbers after the first argument make no points of 'interpolate'", numbers.len())).help(HELP)
+            );
         }
         if let Some(number) = numbers.iter().find(|number| !number.is_finite()) {
-            return Err(Error::input(format!("a number of 'table' is {number}")).help(HELP));
+            return Err(Error::input(format!("a number of 'interpolate' is {number}")).help(HELP));
         }
         let points: Vec<(f64, f64)> = numbers.chunks(2).map(|pair| (pair[0], pair[1])).collect();
         if let Some(pair) = points.windows(2).find(|pair| pair[0].0 >= pair[1].0) {
-            return Err(Error::input(format!("in 'table', {} does not lie beyond {}", pair[1].0, pair[0].0)).help(HELP));
+            return Err(Error::input(format!("in 'interpolate', {} does not lie beyond {}", pair[1].0, pair[0].0)).help(HELP));
         }
         Ok(Self(points.into()))
     }

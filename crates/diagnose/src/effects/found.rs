@@ -119,14 +119,14 @@ impl Course {
             Self::Above(at) | Self::Below(at) => {
                 let half = 0.5 * SHARP * axis.span();
                 let (first, last) = if matches!(self, Self::Above(_)) { (0, 1) } else { (1, 0) };
-                format!("table({name}, {}, {first}, {}, {last})", number(at - half), number(at + half))
+                format!("interpolate({name}, {}, {first}, {}, {last})", number(at - half), number(at + half))
             }
             Self::Beyond(from) => format!("max(0, {name} - {}) / {}", number(*from), number(axis.most - from)),
             Self::UpTo(at) => format!("min({name}, {at}) / {at}", at = number(*at)),
             Self::Straight => format!("({name} - {}) / {}", number(axis.least), number(axis.span())),
             Self::Curve(points) => {
                 let points: Vec<String> = points.iter().map(|(x, y)| format!("{}, {}", number(*x), number(*y))).collect();
-                format!("table({name}, {})", points.join(", "))
+                format!("interpolate({name}, {})", points.join(", "))
             }
         }
     }
