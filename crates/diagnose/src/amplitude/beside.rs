@@ -5,12 +5,13 @@ use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
 
+use super::course::Courses;
 use super::evidence::Explained;
 use super::force;
 use super::gross::Gross;
 use super::laws::{Laws, Rule};
 use super::logs::{Log, rows_that_count};
-use super::profiles::{Function, Profiles};
+use super::profiles::Profiles;
 use super::response::{Answer, Response};
 use super::rows::Errors;
 use super::search::{About, Candidate, Fit, Search};
@@ -18,16 +19,15 @@ use super::sets;
 use super::settings::AmplitudeSettings;
 use super::sizing::Sizing;
 use super::steady::Table;
-use super::ways::{FoundWay, Ways, coefficients, largest, not_nothing};
+use super::ways::{FoundWay, Ways};
 use super::{PlaceAndKind, PlaceSet, Places, Way};
-use crate::effects::{Axis, Course, Effect, FoundLaw, Heat, Hypothesis, Law, Scales, Sequence, hypotheses};
+use crate::effects::{Axis, Effect, FoundLaw, Heat, Hypothesis, Law, Scales, hypotheses};
 use crate::predictor::Predictor;
 use crate::view::Comparison;
 use crate::{Cause, Problem};
 use coldplate_base::error::Result;
 use coldplate_base::progress::Progress;
-use coldplate_describe::machine::Condition;
-use coldplate_evidence::measurement::{ReadingRow, whiten};
+use coldplate_evidence::measurement::{ReadingRow, TIME, whiten};
 use coldplate_network::Load;
 
 /// Amplitudes at which the machine is solved for each cause that bends, in units of its scale.
@@ -122,7 +122,7 @@ impl<'p> Beside<'p> {
         let along = log.as_ref().map(Log::along);
         let in_time = |m: usize, own: Candidate| match log.as_ref().zip(along.as_ref()) {
             Some((_, along)) => {
-                let may_run = own.may_run && runs_in_time(&predictor, visible[m].0);
+                let may_run = own.may_run && force::runs(&predictor, visible[m].0);
                 own.in_time(along[m].clone(), may_run)
             }
             None => own,
@@ -156,7 +156,8 @@ impl<'p> Beside<'p> {
         let (nothing, mut all) = sets::fitted(&search, gross.as_ref(), most, progress);
         all.push(nothing.clone());
         let (gross, nothing) = (gross.as_ref(), &nothing);
-        let found = Found { beside: self, search: &search, gross, visible: &visible, sizes: &sizes, names: &names, nothing };
+        let when = log.as_ref().map_or(&[][..], |log| &log.when);
+        let found = Found { beside: self, search: &search, gross, visible: &visible, sizes: &sizes, names: &names, when, nothing };
         let (sets, scales) = if is_log { found.in_time(all) } else { found.under_laws(all, progress) };
         Places { sets, tried: candidates.len(), by_slope, scales }
     }
@@ -171,31 +172,39 @@ struct Found<'a> {
     sizes: &'a [Sizing],
     /// Variables over which amplitudes may run.
     names: &'a [String],
+    /// Laws of the time of a log, which are counted behind them.
+    when: &'a [FoundLaw],
     nothing: &'a Fit,
 }
 
 impl Found<'_> {
     /// Sets of a log, most probable first, each with the course of its amplitudes. Errors of a log wander in ways that no model of them has, and
-    /// thousands of readings count each of these as evidence. So a further place must show in what is kept out too: it must raise the density
-    /// of stretches of time given all others by more than the standard error of that gain.
+    /// thousands of readings count each of these as evidence for one place more. So no set is larger than the smallest one by which what is kept
+    /// out is as probable as by the best, but for one standard error of that (Hastie, Tibshirani and Friedman, The Elements of Statistical
+    /// Learning, Springer 2009, section 7.10).
     fn in_time(&self, all: Vec<Fit>) -> (Vec<PlaceSet>, Scales) {
-        let (best, _) = best_of_each_size(all);
-        let densities: Vec<Vec<f64>> = best.par_iter().map(|fit| seen(self.search, fit).1).collect();
-        let is_less =
-            |less: &Fit, fit: &Fit| less.members.len() + 1 == fit.members.len() && less.members.iter().all(|m| fit.members.contains(m));
-        let shows = |k: &usize| {
-            let less = (0..best.len()).find(|other| is_less(&best[*other], &best[*k]));
-            let gain = less.map(|less| sum_and_error(&difference(&densities[*k], &densities[less])));
-            best[*k].members.len() < 2 || gain.is_some_and(|(sum, error)| sum > error)
+        let (mut best, _) = best_of_each_size(all);
+        let ground = seen(self.search, self.nothing).1;
+        let gain = |fit: &Fit| sum_and_error(&difference(&seen(self.search, fit).1, &ground));
+        let gains: Vec<(usize, (f64, f64))> = best.par_iter().map(|fit| (fit.members.len(), gain(fit))).collect();
+        let most = gains.iter().map(|(_, gain)| *gain).max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or_default();
+        let is_near = |(count, (sum, _)): &&(usize, (f64, f64))| *count > 0 && *sum >= most.0 - most.1;
+        let enough = gains.iter().filter(is_near).map(|(count, _)| *count).min().unwrap_or(0).max(1);
+        best.retain(|fit| fit.members.len() <= enough);
+        let whole = whole(best.iter());
+        let weighed = |fit: Fit| {
+            let probability = (fit.log_posterior() - whole).exp();
+            (fit, probability)
         };
-        let kept: Vec<usize> = (0..best.len()).filter(shows).collect();
-        let whole = whole(kept.iter().map(|k| &best[*k]));
-        let mut found: Vec<(Fit, f64)> = kept.into_iter().map(|k| (best[k].clone(), (best[k].log_posterior() - whole).exp())).collect();
+        let mut found: Vec<(Fit, f64)> = best.into_iter().map(weighed).collect();
         found.sort_by(|a, b| b.1.total_cmp(&a.1));
         let mut named = self.beside.scales.clone();
+        let (problem, profiles) = (self.beside.problem, self.search.all_profiles);
+        let courses = Courses { problem, profiles, names: self.names, when: self.when };
         let told = |(fit, probability): (Fit, f64)| {
             let set = self.told(&fit, 0.0);
-            let causes: Vec<Cause> = (0..fit.members.len()).map(|m| self.in_course(&fit, m, &set.members[m], &mut named)).collect();
+            let causes: Vec<Cause> =
+                set.members.iter().zip(&fit.amplitudes).map(|(member, own)| courses.told(member, own, &mut named)).collect();
             let way = Way { probability: 1.0, is_writable: self.is_writable(&causes, &named), causes };
             PlaceSet { ways: vec![way], probability, ..set }
         };
@@ -206,45 +215,6 @@ impl Found<'_> {
         let problem = self.beside.problem;
         let lines = |cause: &Cause| cause.hypothesis.written(&problem.study, &problem.data, scales, &problem.user, cause.amplitude);
         causes.iter().all(|cause| matches!(lines(cause), Ok(Some(_))))
-    }
-
-    /// A member of a log's set with the law of its course: alike everywhere, a straight law of columns of the table, or else one number in each
-    /// row.
-    fn in_course(&self, fit: &Fit, m: usize, member: &PlaceAndKind, scales: &mut Scales) -> Cause {
-        let profiles = self.search.all_profiles;
-        let (h, own) = (&member.hypothesis, &fit.amplitudes[m]);
-        let acts = |f: &Function| profiles.of.iter().zip(own).any(|(of, a)| of == f && *a != 0.0);
-        let most = largest(&member.amplitudes);
-        let (whole, deviation) = (not_nothing(member.amplitudes[most]), member.deviations[most]);
-        let curved = profiles.curves().into_iter().any(|curve| acts(&Function::Smooth(curve)));
-        let over: Vec<usize> = profiles.linear().into_iter().filter(|v| acts(&Function::Linear(*v))).collect();
-        if !curved && over.is_empty() {
-            return Cause::new(h.clone(), member.amplitudes[most], deviation);
-        }
-        let problem = self.beside.problem;
-        let read = rows_that_count(&problem.data);
-        let axis =
-            |v: &usize| problem.study.model.machine.variables.iter().position(|own| own.name == self.names[*v]).map(|v| scales.axis(v).0);
-        let axes = over.iter().map(axis).collect::<Option<Vec<Axis>>>().filter(|_| !curved);
-        let law = match axes {
-            Some(axes) => {
-                let parts: Vec<FoundLaw> =
-                    std::iter::once(FoundLaw::One).chain(axes.iter().map(|axis| FoundLaw::Over(axis.clone(), Course::Straight))).collect();
-                let rows: Vec<&Condition> = read.iter().map(|row| &problem.data.rows[*row].condition).collect();
-                let factors: Vec<Vec<f64>> = parts.iter().map(|part| part.factors(&rows)).collect();
-                let shares = coefficients(&factors.iter().map(Vec::as_slice).collect::<Vec<_>>(), &member.amplitudes);
-                let mut all = parts.into_iter().zip(shares).map(|(part, share)| (share / whole, part));
-                let first = all.next().unwrap_or((0.0, FoundLaw::One));
-                all.fold(first, |sum, part| (1.0, FoundLaw::Sum(Box::new([sum, part])))).1
-            }
-            None => {
-                let mut all = vec![0.0; problem.data.rows.len()];
-                read.iter().zip(&member.amplitudes).for_each(|(row, a)| all[*row] = a / whole);
-                FoundLaw::Rows(Sequence::Free(all))
-            }
-        };
-        let law = scales.named(law);
-        Cause::new(h.clone().under_of(law, scales), whole, deviation)
     }
 
     /// Sets of a table, most probable first, with the laws of their members, and scales that know these.
@@ -282,8 +252,10 @@ impl Found<'_> {
         let member = |(m, c): (usize, &usize)| {
             let own = if self.search.is_log() { profiles.course(&fit.amplitudes[m]) } else { fit.amplitudes[m].clone() };
             let freedom = &fit.freedoms[m];
-            let law = profiles.linear().into_iter().filter(|v| freedom.has(*v));
-            let over: Vec<&str> = freedom.curve.map(|((v, _), _)| v).into_iter().chain(law).map(|v| self.names[v].as_str()).collect();
+            let laws = profiles.laws().into_iter().filter(|law| freedom.has(*law));
+            let name = |v: usize| self.names.get(v).map_or(TIME, String::as_str);
+            let mut over: Vec<&str> = freedom.curve.map(|((v, _), _)| v).into_iter().chain(laws).map(name).collect();
+            over.dedup();
             PlaceAndKind {
                 hypothesis: self.visible[*c].0.clone(),
                 deviations: posterior[m].iter().zip(&own).map(|(d, a)| d * self.sizes[*c].slope(*a)).collect(),
@@ -383,12 +355,6 @@ fn sum_and_error(numbers: &[f64]) -> (f64, f64) {
     (n * mean, (n * variance).sqrt())
 }
 
-/// Whether the amplitude of a cause may run over the rows of a log. An error of a sensor or of a temperature around the machine that changes with
-/// the time does what the wandering errors and the disturbance do, and would explain everything by definition: it has a mean.
-fn runs_in_time(predictor: &Predictor<'_>, h: &Hypothesis) -> bool {
-    !h.is_sensor() && h.unit != "K" && force::runs(predictor, h)
-}
-
 /// Whether the readings answer straight, however large it is.
 fn is_straight(h: &Hypothesis) -> bool {
     h.is_fixed() || h.reads_course() || matches!(h.effect, Effect::Heat(_) | Effect::User(_))
@@ -410,8 +376,12 @@ fn candidate(predictor: &Predictor<'_>, (h, column): (&Hypothesis, &Vec<f64>), s
             answer = Answer::Bent(Response::new(knots, changes));
         }
     }
-    let may_wander = !matches!(h.effect, Effect::Heat(_) | Effect::User(_));
-    Candidate { answer, is_signed: h.is_signed && !h.is_fixed(), range, rate: 1.0, may_wander, may_run: h.law == h.effect.usual_law() }
+    // An error of a sensor or of a temperature around the machine that follows anything does what the wandering errors and the disturbance do,
+    // and would explain everything by definition: it is there, sets in, or grows.
+    let may_follow = !h.is_sensor() && h.unit != "K";
+    let may_wander = may_follow && !matches!(h.effect, Effect::Heat(_) | Effect::User(_));
+    let (is_signed, may_run) = (h.is_signed && !h.is_fixed(), h.law == h.effect.usual_law());
+    Candidate { answer, is_signed, range, rate: 1.0, may_wander, may_follow, may_run }
 }
 
 /// The covariance of a table's readings without any cause.

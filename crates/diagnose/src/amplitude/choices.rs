@@ -5,6 +5,9 @@ use super::profiles::Curve;
 use super::rows::{Looseness, Rows};
 use super::search::{Candidate, Linear, Search, near_by};
 
+/// Laws of a log that one amplitude follows at most. Chosen: what asks for more is a curve.
+const MOST_LAWS: usize = 4;
+
 impl Search<'_> {
     pub(super) fn rows_at(&self, looseness: Looseness) -> &Rows {
         let is = |rows: &&Rows| rows.disturbance.is_none_or(|d| d == looseness.disturbance) && rows.wandering == looseness.wandering;
@@ -30,7 +33,7 @@ impl Search<'_> {
         let chosen = |is: bool| s.choice_price * f64::from(u8::from(is));
         // A curve pays for the choice of its variable and its length too, what is in proportion for that of its variable; a law is paid for
         // where it is chosen.
-        let (curves, laws) = (self.all_profiles.curves(), self.all_profiles.linear().len().max(1));
+        let (curves, laws) = (self.all_profiles.curves(), self.all_profiles.laws().len().max(1));
         let is_smooth = |(own, _): &(Curve, f64)| curves.contains(own);
         let curve = |f: &Freedom| f.curve.filter(is_smooth).map_or(0.0, |_| s.choice_price + (curves.len() as f64).ln());
         let law = |f: &Freedom| f64::from(f.law.count_ones()) * (s.choice_price + (laws as f64).ln());
@@ -79,7 +82,9 @@ impl Search<'_> {
         let s = self.settings;
         let freedoms = if self.is_log() || !candidate.may_run { &s.freedoms[..1] } else { &s.freedoms[..] };
         let of = |size: &f64| freedoms.iter().map(|freedom| Freedom { size: *size, freedom: *freedom, ..from }).collect::<Vec<_>>();
-        let sizes = s.sizes.iter().flat_map(of).collect();
+        // What acts by laws of the time may not be there beside them.
+        let none = Some(0.0).filter(|_| self.profiles.laws().into_iter().any(|law| from.has(law) && self.profiles.is_when(law)));
+        let sizes = none.iter().chain(&s.sizes).flat_map(of).collect();
         let mut curves = Vec::new();
         let mut laws = Vec::new();
         if with_curves && candidate.may_run {
@@ -90,11 +95,24 @@ impl Search<'_> {
                     [from.freedom, 0.0].map(|freedom| Freedom { freedom, curve: Some((curve, size)), ..from })
                 })
             };
-            let is_open = |variable: &usize| candidate.may_wander || !self.profiles.times.contains(variable);
-            curves.extend(self.profiles.curves().into_iter().filter(|(variable, _)| is_open(variable)).flat_map(of));
+            let is_open = |variable: usize| candidate.may_wander || self.profiles.time != Some(variable);
+            curves.extend(self.profiles.curves().into_iter().filter(|(variable, _)| is_open(*variable)).flat_map(of));
             curves.push(Freedom { curve: None, ..from });
-            // One variable more, or one less.
-            laws.extend(self.profiles.linear().into_iter().filter(is_open).map(|v| Freedom { law: from.law ^ 1 << v, ..from }));
+            // One law more, or one less; by a law of the time it may act alone.
+            for law in self.profiles.laws() {
+                let (is_when, of) = (self.profiles.is_when(law), from.law ^ 1 << law);
+                if !is_when && !candidate.may_follow {
+                    continue;
+                }
+                let size = if of == 0 && from.size == 0.0 { s.sizes[0] } else { from.size };
+                laws.push(Freedom { law: of, size, ..from });
+                if from.curve.is_some() {
+                    laws.push(Freedom { law: of, size, curve: None, ..from });
+                }
+                if is_when && from.law == 0 {
+                    laws.push(Freedom { law: of, size: 0.0, curve: None, ..from });
+                }
+            }
         }
         [sizes, curves, laws]
     }
@@ -116,7 +134,7 @@ impl Search<'_> {
         let mut best = (freedoms.to_vec(), f64::NEG_INFINITY);
         for (m, candidate) in of {
             // Laws grow by a variable at a time, as long as each is worth its price.
-            for kind in [0, 1].into_iter().chain(std::iter::repeat_n(2, self.profiles.linear().len())) {
+            for kind in [0, 1].into_iter().chain(std::iter::repeat_n(2, MOST_LAWS)) {
                 let before = best.1;
                 for tried in &self.ways(best.0[*m], with_curves, &self.candidates[*candidate])[kind] {
                     let mut freedoms = best.0.clone();

@@ -31,8 +31,8 @@ pub struct Freedom {
     pub freedom: f64,
     /// Curve that it follows, and the standard deviation of that.
     pub curve: Option<(Curve, f64)>,
-    /// Variables of a log that it is in proportion to, one bit each.
-    pub law: u32,
+    /// Laws of a log that it follows, one bit each: variables that it is in proportion to, then laws of the time.
+    pub law: u64,
 }
 
 impl Freedom {
@@ -41,9 +41,9 @@ impl Freedom {
         Self { size, freedom: 0.0, curve: None, law: 0 }
     }
 
-    /// Whether it is in proportion to a variable.
-    pub fn has(&self, variable: usize) -> bool {
-        self.law >> variable & 1 == 1
+    /// Whether it follows a law.
+    pub fn has(&self, law: usize) -> bool {
+        self.law >> law & 1 == 1
     }
 
     /// Standard deviation of the coefficient of a function of the rows.
@@ -51,6 +51,14 @@ impl Freedom {
         match (function, self.curve) {
             (Function::Constant, _) => self.size,
             (Function::Linear(v), _) if self.has(v) => LAW * self.size,
+            // It may act by such a law alone, and then is as large.
+            (Function::When(law), _) if self.has(law) => {
+                if self.size > 0.0 {
+                    self.size
+                } else {
+                    1.0
+                }
+            }
             (Function::Smooth(curve), Some((own, deviation))) if curve == own => deviation,
             _ => 0.0,
         }

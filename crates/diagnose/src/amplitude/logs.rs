@@ -16,10 +16,12 @@ use super::search::Reference;
 use super::settings::AmplitudeSettings;
 use super::sizing::Sizing;
 use crate::Problem;
-use crate::effects::{Effect, Heat, Hypothesis, Law, Scales, hypotheses};
+use crate::effects::{Course, Effect, FoundLaw, Heat, Hypothesis, Law, Scales, hypotheses};
 use crate::follow::Follower;
 use crate::predictor::Predictor;
 use crate::view::Comparison;
+use crate::when::TEST_NUMBER;
+use coldplate_describe::machine::Condition;
 use coldplate_evidence::identify;
 use coldplate_evidence::measurement::{Data, ReadingRow, TIME, whiten};
 use coldplate_explore::simulate::Start;
@@ -34,8 +36,11 @@ const KNOTS: (usize, usize) = (6, 24);
 const STRETCHES: usize = 6;
 /// Instants in each test at which courses turn in a machine of cells. Chosen: time steps against what is between them.
 const INSTANTS_OF_CELLS: usize = 48;
-/// Name of the time through all tests, one after another.
-const ELAPSED: &str = "elapsed_time";
+/// Instants from which a cause may act, and those of them that every cause is screened by. Chosen: an amplitude from the one before and one from
+/// the one behind are an instant between them.
+const ONSETS: [usize; 2] = [24, 3];
+/// Tests of which one may be another than the rest, at most. Chosen: beyond them each takes readings of its own.
+const MOST_TESTS: usize = 12;
 
 /// A log with what its search needs.
 pub struct Log<'a> {
@@ -58,8 +63,10 @@ pub struct Log<'a> {
     heat: f64,
     /// Stretch of each reading.
     stretches: Vec<usize>,
-    /// Variables over which an amplitude may run, by name; times are the last ones.
+    /// Variables over which an amplitude may run, by name; the time in each test is the last one.
     pub names: Vec<String>,
+    /// Laws of the time, which are counted behind the variables.
+    pub when: Vec<FoundLaw>,
 }
 
 impl<'a> Log<'a> {
@@ -81,19 +88,19 @@ impl<'a> Log<'a> {
                 variables.push(values);
             }
         }
-        // Of several tests the time in each, and that through all of them.
-        let (in_test, through) = times(data);
-        let several = usize::from(in_test != through);
-        if several > 0 {
-            names.push(TIME.into());
-            variables.push(in_test);
-        }
-        names.push(if several > 0 { ELAPSED.into() } else { TIME.into() });
-        variables.push(through);
+        names.push(TIME.into());
+        variables.push(times(data));
         let read: Vec<usize> = rows_that_count(data);
         let is_followed = base.found.linear.is_some();
-        let functions = if is_followed { Profiles::of_log(&variables, 1 + several, &read) } else { Profiles::constant(data.rows.len()) };
-        let screened = functions.screened();
+        let (mut when, first) = laws_of_time(problem, predictor.scales);
+        when.truncate(u64::BITS as usize - variables.len());
+        let conditions: Vec<&Condition> = data.rows.iter().map(|row| &row.condition).collect();
+        let factors: Vec<Vec<f64>> = when.iter().map(|law| law.factors(&conditions)).collect();
+        let functions = match is_followed {
+            true => Profiles::of_log(&variables, (&factors, first), &read),
+            false => Profiles::constant(data.rows.len()),
+        };
+        let screened = functions.screened;
         let loads = data.rows.iter().filter_map(|row| Load::at(machine, &row.condition).ok());
         let heats: Vec<f64> = loads.flat_map(|load| load.powers).map(f64::abs).collect();
         let tests = data.tests();
@@ -104,7 +111,23 @@ impl<'a> Log<'a> {
         let stride = if problem.study.model.mesh.cells == 0 { 1 } else { longest.div_ceil(INSTANTS_OF_CELLS) };
         let heat = heats.iter().sum::<f64>() / heats.len().max(1) as f64;
         let stretches = stretches(data);
-        Self { problem, predictor, base, catalogue, visible, sizes, settings, functions, screened, hats, stride, heat, stretches, names }
+        Self {
+            problem,
+            predictor,
+            base,
+            catalogue,
+            visible,
+            sizes,
+            settings,
+            functions,
+            screened,
+            hats,
+            stride,
+            heat,
+            stretches,
+            names,
+            when,
+        }
     }
 
     /// Functions of the rows with readings that causes are screened by, and all of them.
@@ -355,20 +378,45 @@ fn varies_within_tests(data: &Data, values: &[f64]) -> bool {
     })
 }
 
-/// Time that has passed in every row, s: in its test, and through all tests, one after another.
-fn times(data: &Data) -> (Vec<f64>, Vec<f64>) {
-    let (mut in_test, mut through) = (vec![0.0; data.rows.len()], vec![0.0; data.rows.len()]);
-    let mut before = 0.0;
+/// Time that has passed in every row since the start of its test, s.
+fn times(data: &Data) -> Vec<f64> {
+    let mut all = vec![0.0; data.rows.len()];
     for rows in rows_of_tests(data) {
         let time = |row: usize| data.rows[row].time.unwrap_or(0.0);
         let start = rows.first().map_or(0.0, |row| time(*row));
-        for row in &rows {
-            in_test[*row] = time(*row) - start;
-            through[*row] = before + in_test[*row];
-        }
-        before = rows.last().map_or(before, |row| through[*row]);
+        rows.iter().for_each(|row| all[*row] = time(*row) - start);
     }
-    (in_test, through)
+    all
+}
+
+/// Laws of the time: growing from the start of a test on, after some instants of it, in one test alone, and from a test on. The first ones, whose
+/// number is told, are those that every cause is screened by.
+fn laws_of_time(problem: &Problem, scales: &Scales) -> (Vec<FoundLaw>, usize) {
+    let (data, variables) = (&problem.data, &problem.study.model.machine.variables);
+    let axis = |name: &str| variables.iter().position(|v| v.name == name).map(|v| scales.axis(v).0);
+    let (mut all, mut fine) = (Vec::new(), Vec::new());
+    if let Some(axis) = axis(TIME).filter(|axis| axis.most > axis.least) {
+        all.push(FoundLaw::over(&axis, Course::Straight));
+        let mut times: Vec<f64> = data.rows.iter().map(|row| axis.at(&row.condition)).collect();
+        times.sort_by(f64::total_cmp);
+        times.dedup();
+        let between: Vec<f64> = times.windows(2).map(|pair| 0.5 * (pair[0] + pair[1])).collect();
+        let [fine_onsets, onsets] = ONSETS.map(|most| {
+            let count = most.min(between.len());
+            (0..count).map(|k| (2 * k + 1) * between.len() / (2 * count)).collect::<Vec<usize>>()
+        });
+        let after = |k: &usize| FoundLaw::over(&axis, Course::Above(between[*k]));
+        all.extend(onsets.iter().map(after));
+        fine.extend(fine_onsets.iter().filter(|k| !onsets.contains(k)).map(after));
+    }
+    let tests = data.tests().len();
+    if let Some(axis) = axis(TEST_NUMBER).filter(|_| (2..=MOST_TESTS).contains(&tests)) {
+        all.extend((1..=tests).map(|n| FoundLaw::over(&axis, Course::Only(n as f64))));
+        all.extend((2..tests).map(|n| FoundLaw::over(&axis, Course::Above(n as f64 - 0.5))));
+    }
+    let first = all.len();
+    all.extend(fine);
+    (all, first)
 }
 
 /// Functions of all rows that are one at a knot of a test, and fall to nothing at the next ones; one knot is the whole test.

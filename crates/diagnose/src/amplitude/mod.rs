@@ -6,6 +6,7 @@
 
 mod beside;
 mod choices;
+mod course;
 mod evidence;
 mod force;
 mod gross;
@@ -47,8 +48,8 @@ pub struct PlaceAndKind {
     pub deviations: Vec<f64>,
     /// Whether every row may have its own.
     pub is_free: bool,
-    /// The variable over which it runs, if it does: `row` is the order of the rows of a table, `time` what has passed in each test of a log and
-    /// `elapsed_time` through all of them. In logs variables that it is in proportion to are added, joined by `, `.
+    /// The variables over which it runs, if it does, joined by `, `: `row` is the order of the rows of a table, `time` what has passed in each
+    /// test of a log.
     pub over: Option<String>,
 }
 

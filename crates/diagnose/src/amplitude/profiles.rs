@@ -24,6 +24,8 @@ pub enum Function {
     Constant,
     /// In proportion to a variable, less its mean.
     Linear(usize),
+    /// A law of the time of a log, which is counted behind the variables.
+    When(usize),
     /// One of those of a smooth amplitude.
     Smooth(Curve),
 }
@@ -36,8 +38,10 @@ pub struct Profiles {
     pub functions: DMatrix<f64>,
     /// What each function is.
     pub of: Vec<Function>,
-    /// Variables that are a time of a log.
-    pub times: Vec<usize>,
+    /// The variable that is the time of a log.
+    pub time: Option<usize>,
+    /// How many functions every cause is screened by in a log: the constant, those in proportion, some laws of the time, and slow ones of it.
+    pub screened: usize,
 }
 
 /// Correlation of a smooth amplitude at two values so many lengths apart: Matérn's with two derivatives (Rasmussen and Williams, Gaussian
@@ -57,13 +61,13 @@ fn deviation(values: &[f64]) -> f64 {
 impl Profiles {
     /// The constant alone.
     pub fn constant(rows: usize) -> Self {
-        Self { functions: DMatrix::from_element(rows, 1, 1.0), of: vec![Function::Constant], times: Vec::new() }
+        Self { functions: DMatrix::from_element(rows, 1, 1.0), of: vec![Function::Constant], time: None, screened: 1 }
     }
 
-    /// Of the rows of a log, by the values of some variables in them, of which the last are `times`: the constant, what is in proportion to
-    /// each variable but the last, and smooth functions of the times, slow ones first. Means and deviations are those of the rows that
-    /// `counts`.
-    pub fn of_log(variables: &[Vec<f64>], times: usize, counts: &[usize]) -> Self {
+    /// Of the rows of a log, by the values of some variables in them, of which the last is the time: the constant, what is in proportion to
+    /// each of the others, laws of the time (their factors in the rows, and how many of them every cause is screened by), and smooth functions
+    /// of the time. Means and deviations are those of the rows that `counts`.
+    pub fn of_log(variables: &[Vec<f64>], (when, first): (&[Vec<f64>], usize), counts: &[usize]) -> Self {
         let rows = variables.last().map_or(0, Vec::len);
         let n = counts.len().max(1) as f64;
         let centred = |values: &[f64]| {
@@ -77,24 +81,29 @@ impl Profiles {
             centred
         };
         let all: Vec<Vec<f64>> = variables.iter().map(standardised).collect();
-        let times: Vec<usize> = (all.len().saturating_sub(times)..all.len()).collect();
+        let time = all.len().saturating_sub(1);
         let mut columns = vec![vec![1.0; rows]];
         let mut of = vec![Function::Constant];
-        for (v, values) in all.iter().enumerate().take(all.len().saturating_sub(1)) {
+        for (v, values) in all.iter().enumerate().take(time) {
             columns.push(values.clone());
             of.push(Function::Linear(v));
         }
+        let mut screened = 0;
         for (place, length) in LENGTHS.iter().enumerate() {
-            for time in &times {
-                let kernel = |j: usize| (0..rows).map(|i| near((all[*time][i] - all[*time][j]) / length)).collect();
-                for column in low_rank(vec![1.0; rows], kernel, LEAST_VARIANCE) {
-                    columns.push(centred(&column));
-                    of.push(Function::Smooth((*time, place)));
-                }
+            let own = if place == 0 { 0..first.min(when.len()) } else { first.min(when.len())..when.len() };
+            for law in own {
+                columns.push(when[law].clone());
+                of.push(Function::When(all.len() + law));
             }
+            let kernel = |j: usize| (0..rows).map(|i| near((all[time][i] - all[time][j]) / length)).collect();
+            for column in low_rank(vec![1.0; rows], kernel, LEAST_VARIANCE) {
+                columns.push(centred(&column));
+                of.push(Function::Smooth((time, place)));
+            }
+            screened = if place == 0 { columns.len() } else { screened };
         }
         let columns: Vec<DVector<f64>> = columns.into_iter().map(DVector::from_vec).collect();
-        Self { functions: DMatrix::from_columns(&columns), of, times }
+        Self { functions: DMatrix::from_columns(&columns), of, time: Some(time), screened }
     }
 
     /// Those of some rows alone.
@@ -102,15 +111,9 @@ impl Profiles {
         Self { functions: self.functions.select_rows(rows), ..self.clone() }
     }
 
-    /// How many functions every cause is screened by in a log: the constant, those in proportion, and slow ones of the time.
-    pub fn screened(&self) -> usize {
-        let is_screened = |f: &Function| !matches!(f, Function::Smooth((_, place)) if *place > 0 || self.times.is_empty());
-        self.of.iter().take_while(|f| is_screened(f)).count()
-    }
-
     /// The first functions alone.
     pub fn first(&self, count: usize) -> Self {
-        Self { functions: self.functions.columns(0, count).into_owned(), of: self.of[..count].to_vec(), times: self.times.clone() }
+        Self { functions: self.functions.columns(0, count).into_owned(), of: self.of[..count].to_vec(), ..self.clone() }
     }
 
     /// With smooth functions of each of some variables, given by their values in the rows: variables that do not vary have none.
@@ -140,7 +143,7 @@ impl Profiles {
                 }
             }
         }
-        Self { functions: DMatrix::from_columns(&columns), of, times: Vec::new() }
+        Self { functions: DMatrix::from_columns(&columns), screened: of.len(), of, time: None }
     }
 
     /// With further functions, which belong to curves of variables beyond these.
@@ -151,7 +154,7 @@ impl Profiles {
             columns.push(DVector::from_column_slice(factors));
             of.push(Function::Smooth(curve));
         }
-        Self { functions: DMatrix::from_columns(&columns), of, times: self.times.clone() }
+        Self { functions: DMatrix::from_columns(&columns), of, ..self.clone() }
     }
 
     /// The smooth part of some amplitudes along a curve, at other values of its variable than those in the rows.
@@ -186,9 +189,14 @@ impl Profiles {
         all
     }
 
-    /// Variables that an amplitude may be in proportion to.
-    pub fn linear(&self) -> Vec<usize> {
-        self.of.iter().filter_map(|f| if let Function::Linear(v) = f { Some(*v) } else { None }).collect()
+    /// Laws that an amplitude may follow: variables that it is in proportion to, and laws of the time.
+    pub fn laws(&self) -> Vec<usize> {
+        self.of.iter().filter_map(|f| if let Function::Linear(law) | Function::When(law) = f { Some(*law) } else { None }).collect()
+    }
+
+    /// Whether a law is one of the time.
+    pub fn is_when(&self, law: usize) -> bool {
+        self.of.contains(&Function::When(law))
     }
 
     /// The constant, those in proportion, and the functions of one curve.

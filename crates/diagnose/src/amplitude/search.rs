@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::evidence::{Explained, Freedom};
+use super::evidence::{Explained, Freedom, Posterior};
 use super::profiles::Profiles;
 use super::response::{Answer, Slope};
 use super::rows::{Errors, Looseness, Rows};
@@ -39,6 +39,8 @@ pub struct Candidate {
     pub rate: f64,
     /// Whether its amplitude may wander with the time of a log. A heat that does is the disturbance.
     pub may_wander: bool,
+    /// Whether its amplitude may follow the variables of a log.
+    pub may_follow: bool,
     /// Whether its amplitude may run over the rows at all.
     pub may_run: bool,
 }
@@ -173,7 +175,11 @@ impl<'a> Search<'a> {
 
     /// Mean of an amplitude.
     fn mean(&self, own: &[f64]) -> f64 {
-        if self.is_log() { own[0] } else { own.iter().sum::<f64>() / own.len().max(1) as f64 }
+        if self.is_log() {
+            own.iter().zip(self.all_profiles.functions.column_iter()).filter(|(a, _)| **a != 0.0).map(|(a, f)| a * f.mean()).sum()
+        } else {
+            own.iter().sum::<f64>() / own.len().max(1) as f64
+        }
     }
 
     /// A fit about the machine with its set in force, again and again until the set stands where it is in force; it has no evidence where it
@@ -280,7 +286,9 @@ impl<'a> Search<'a> {
             let explained = Explained::new(rows, self.profiles, &linear.residual, &linear.slopes, &followed);
             let Some(posterior) = explained.posterior(&fit.freedoms, fit.looseness) else { break };
             let found = if self.is_log() { posterior.coefficients() } else { posterior.amplitudes() };
+            let beyond = self.beyond(&fit, &found, &posterior);
             let Some(most) = self.step(&mut fit, found) else { return Fit { log_evidence: f64::NEG_INFINITY, ..fit } };
+            fit.log_evidence -= beyond;
             fit.stands = most < STANDS;
             if fit.stands {
                 break;
@@ -291,6 +299,23 @@ impl<'a> Search<'a> {
             fit.log_evidence = f64::NEG_INFINITY;
         }
         fit
+    }
+
+    /// Evidence that a fit loses where its amplitudes want to be beyond their range: half the square of how far, in standard deviations. An
+    /// amplitude that is alike in all rows counts once, one that is new in every row in each, and of a curve the row that is furthest.
+    fn beyond(&self, fit: &Fit, found: &[Vec<f64>], posterior: &Posterior<'_>) -> f64 {
+        let of = |(k, own): (usize, &Vec<f64>)| {
+            let (candidate, freedom) = (&self.candidates[fit.members[k]], fit.freedoms[k]);
+            let (low, high) = candidate.range;
+            let course = if self.is_log() { self.all_profiles.course(own) } else { own.clone() };
+            let excess: Vec<f64> = course.iter().map(|a| (low - a).max(a - high).max(0.0)).collect();
+            if excess.iter().all(|e| *e < STANDS) {
+                return 0.0;
+            }
+            let squares = excess.iter().zip(posterior.variances(k)).map(|(e, variance)| e * e / variance.max(f64::MIN_POSITIVE));
+            0.5 * if freedom.freedom > 0.0 { squares.sum::<f64>() } else { squares.fold(0.0, f64::max) }
+        };
+        found.iter().enumerate().map(of).sum()
     }
 
     /// Moves the amplitudes of a fit towards those found; returns the longest step of one that bends, in units of its scale. `None` where a
@@ -317,7 +342,7 @@ impl<'a> Search<'a> {
                     most = most.max(step.abs());
                 }
             }
-            let is_nothing = if self.is_log() { own[0] <= STANDS } else { own.iter().all(|a| *a <= STANDS) };
+            let is_nothing = if self.is_log() { self.mean(own) <= STANDS } else { own.iter().all(|a| *a <= STANDS) };
             if !candidate.is_signed && is_negative && is_nothing {
                 return None;
             }

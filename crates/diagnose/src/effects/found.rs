@@ -3,8 +3,10 @@
 //! Each is a function of the rows whose largest value is about one, so that the amplitude of a cause under it has the unit of its kind.
 
 use super::law::nine_digits;
+use crate::when::TEST_NUMBER;
 use coldplate_base::numbers::significant;
 use coldplate_describe::machine::Condition;
+use coldplate_evidence::measurement::TIME;
 
 /// Width of a step as written, as a share of the range of its variable.
 const SHARP: f64 = 1e-4;
@@ -34,6 +36,16 @@ impl Axis {
         condition.si()[self.variable] / self.per_unit
     }
 
+    /// Whether it is the time of a log.
+    pub fn is_time(&self) -> bool {
+        self.name == format!("{TIME}_s")
+    }
+
+    /// Whether it is the number of the test.
+    pub fn is_count(&self) -> bool {
+        self.name == TEST_NUMBER
+    }
+
     fn span(&self) -> f64 {
         self.most - self.least
     }
@@ -52,6 +64,8 @@ pub enum Course {
     Above(f64),
     /// Only below one.
     Below(f64),
+    /// Of a count: only where it is this one.
+    Only(f64),
     /// Nothing up to a threshold, then in proportion to what is beyond it.
     Beyond(f64),
     /// In proportion to it up to a value, and no more.
@@ -103,6 +117,7 @@ impl Course {
             Self::Power(_) => 0.0,
             Self::Above(at) => f64::from(u8::from(x > *at)),
             Self::Below(at) => f64::from(u8::from(x < *at)),
+            Self::Only(one) => (1.0 - (x - one).abs()).max(0.0),
             Self::Beyond(from) => (x - from).max(0.0) / (axis.most - from),
             Self::UpTo(at) => x.min(*at) / at,
             Self::Straight => (x - axis.least) / axis.span(),
@@ -121,6 +136,7 @@ impl Course {
                 let (first, last) = if matches!(self, Self::Above(_)) { (0, 1) } else { (1, 0) };
                 format!("interpolate({name}, {}, {first}, {}, {last})", number(at - half), number(at + half))
             }
+            Self::Only(one) => format!("max(0, 1 - abs({name} - {}))", number(*one)),
             Self::Beyond(from) => format!("max(0, {name} - {}) / {}", number(*from), number(axis.most - from)),
             Self::UpTo(at) => format!("min({name}, {at}) / {at}", at = number(*at)),
             Self::Straight => format!("({name} - {}) / {}", number(axis.least), number(axis.span())),
@@ -138,12 +154,17 @@ impl Course {
             Self::Power(2.0) => format!("with the square of {name}"),
             Self::Power(-1.0) => format!("in proportion to one over {name}, this much at {}", at(axis.least)),
             Self::Power(exponent) => format!("in proportion to {name}^{exponent}"),
+            Self::Above(instant) if axis.is_time() => format!("only after {}", at(*instant)),
+            Self::Below(instant) if axis.is_time() => format!("only before {}", at(*instant)),
+            Self::Above(count) if axis.is_count() => format!("only from {name} {} on", (count + 0.5).round()),
+            Self::Only(one) => format!("only in {name} {one}"),
             Self::Above(threshold) => format!("only where {name} is above {}", at(*threshold)),
             Self::Below(threshold) => format!("only where {name} is below {}", at(*threshold)),
             Self::Beyond(from) => {
                 format!("only where {name} is above {}, in proportion to what is beyond, this much at {}", at(*from), at(axis.most))
             }
             Self::UpTo(most) => format!("in proportion to {name} up to {}, then no more", at(*most)),
+            Self::Straight if axis.is_time() && axis.least == 0.0 => format!("in proportion to the {name}, this much at {}", at(axis.most)),
             Self::Straight => format!("straight with {name}, nothing at {} and this much at {}", at(axis.least), at(axis.most)),
             Self::Curve(points) => {
                 let ends = points.first().zip(points.last()).map_or((axis.least, axis.most), |(first, last)| (first.0, last.0));
@@ -313,6 +334,7 @@ mod tests {
             Course::Power(-1.0),
             Course::Above(300.0),
             Course::Below(300.0),
+            Course::Only(300.0),
             Course::Beyond(250.0),
             Course::UpTo(600.0),
             Course::Straight,
