@@ -1,6 +1,8 @@
 //! Causes in force beside the readings: their amplitudes through the solver, the numbers of the file that the readings draw with them, and how
 //! well rows are predicted that took no part.
 
+use std::sync::Arc;
+
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::amplitude::{Beside, Errors, Looseness, Rows};
@@ -23,7 +25,7 @@ const STILL: f64 = 0.1;
 /// Causes in force, linearised there.
 pub struct InForce<'b> {
     beside: &'b Beside<'b>,
-    rows: Rows,
+    rows: Arc<Rows>,
     /// Readings that are set aside.
     aside: &'b [usize],
     looseness: Looseness,

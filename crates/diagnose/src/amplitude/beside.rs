@@ -114,7 +114,7 @@ impl<'p> Beside<'p> {
         let attached = OnceLock::new();
         let table = Table { problem, predictor: &predictor, base, errors: &errors, visible: &visible, sizes: &sizes, attached };
         let about = |members: &[usize], amplitudes: &[Vec<f64>], with_all: bool, known: Option<&Errors>| match &log {
-            Some(log) => log.about(members, amplitudes, with_all),
+            Some(log) => log.about(members, amplitudes, with_all, known),
             None => table.about(members, amplitudes, known),
         };
         let is_followed = log.as_ref().is_none_or(Log::is_followed);

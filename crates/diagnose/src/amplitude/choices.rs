@@ -1,5 +1,7 @@
 //! The choices beside a set: how free its amplitudes are, and how loose the machine is. Each is made by evidence, at its price.
 
+use std::sync::Arc;
+
 use super::evidence::{Explained, Freedom};
 use super::profiles::Curve;
 use super::rows::{Looseness, Rows};
@@ -10,7 +12,7 @@ const MOST_LAWS: usize = 4;
 
 impl Search<'_> {
     pub(super) fn rows_at(&self, looseness: Looseness) -> &Rows {
-        let is = |rows: &&Rows| rows.disturbance.is_none_or(|d| d == looseness.disturbance) && rows.wandering == looseness.wandering;
+        let is = |rows: &&Arc<Rows>| rows.disturbance.is_none_or(|d| d == looseness.disturbance) && rows.wandering == looseness.wandering;
         self.rows.iter().find(is).unwrap_or(&self.rows[0])
     }
 

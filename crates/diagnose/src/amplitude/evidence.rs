@@ -335,9 +335,29 @@ impl Posterior<'_> {
 
     /// Variance of the amplitude of one cause in every row, in units of its scale squared.
     pub fn variances(&self, cause: usize) -> Vec<f64> {
+        if self.freedoms[cause].freedom == 0.0 {
+            return self.variances_of_functions(cause);
+        }
         let with = self.with_readings(cause);
         let (prior, taken) = (self.prior(cause), self.solve(&with));
         (0..with.ncols()).map(|row| (prior[(row, row)] - with.column(row).dot(&taken.column(row))).max(0.0)).collect()
+    }
+
+    /// The same of an amplitude that follows functions, by the covariance of their coefficients.
+    fn variances_of_functions(&self, cause: usize) -> Vec<f64> {
+        let explained = self.explained;
+        let acting: Vec<(usize, usize, f64)> = self.followed(cause).filter(|(.., deviation)| *deviation > 0.0).collect();
+        if acting.is_empty() {
+            return vec![0.0; explained.profiles.functions.nrows()];
+        }
+        let scaled = |(_, place, deviation): &(usize, usize, f64)| explained.profiled.column(*place) * *deviation;
+        let columns = DMatrix::from_columns(&acting.iter().map(scaled).collect::<Vec<_>>());
+        let functions = DMatrix::from_columns(
+            &acting.iter().map(|(f, _, deviation)| explained.profiles.functions.column(*f) * *deviation).collect::<Vec<_>>(),
+        );
+        let known = columns.tr_mul(&self.solve(&columns));
+        let left = &functions - &functions * known;
+        functions.row_iter().zip(left.row_iter()).map(|(own, left)| own.dot(&left).max(0.0)).collect()
     }
 
     /// Products of one cause times functions of the rows (rows times functions) under the inverse covariance: with each

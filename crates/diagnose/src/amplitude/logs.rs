@@ -7,6 +7,7 @@
 //! test.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use super::force::{self, Forced, STEP};
 use super::profiles::Profiles;
@@ -231,7 +232,7 @@ impl<'a> Log<'a> {
             numbers: found.errors.numbers().to_vec(),
             heats: heated,
             aside: Vec::new(),
-            log: Some(LogNoise { parts: found.errors.clone(), memory: self.settings.wandering_memory, most }),
+            log: Some(LogNoise { parts: found.errors.clone(), memory: self.settings.wandering_memory, most, known: Arc::default() }),
         }
     }
 
@@ -268,8 +269,9 @@ impl<'a> Log<'a> {
         all
     }
 
-    /// The machine with causes in force by coefficients in units of their scales, made linear; `None` where it cannot be.
-    pub fn about(&self, members: &[usize], amplitudes: &[Vec<f64>], with_all: bool) -> Option<(Reference, Errors)> {
+    /// The machine with causes in force by coefficients in units of their scales, made linear; `None` where it cannot be. Its errors are `known`
+    /// ones where there are some.
+    pub fn about(&self, members: &[usize], amplitudes: &[Vec<f64>], with_all: bool, known: Option<&Errors>) -> Option<(Reference, Errors)> {
         self.base.found.linear.as_ref()?;
         let user = self.predictor.user;
         let own: Vec<&Hypothesis> = members.iter().map(|m| self.visible[*m].0).collect();
@@ -315,7 +317,7 @@ impl<'a> Log<'a> {
         let others = self.slopes(&about, (&there[others.clone()], &units[others]), of_all, self.screened);
         let of = |columns: Vec<Vec<Vec<f64>>>| columns.into_iter().map(Slope::OfFunctions).collect();
         let reference = Reference { amplitudes: amplitudes.to_vec(), change, slopes: of(slopes), others: of(others) };
-        Some((reference, self.errors_about(&about)))
+        Some((reference, known.cloned().unwrap_or_else(|| self.errors_about(&about))))
     }
 
     fn forced(&self, members: &[usize], amplitudes: &[Vec<f64>]) -> Option<Forced> {

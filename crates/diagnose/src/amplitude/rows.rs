@@ -50,6 +50,8 @@ pub struct LogNoise {
     pub memory: f64,
     /// Largest disturbance that is tried.
     pub most: f64,
+    /// Stretches under wandering errors that were asked for.
+    pub known: Arc<Mutex<Vec<Arc<Rows>>>>,
 }
 
 /// What a model leaves open beside its causes, as the data have it.
@@ -131,9 +133,9 @@ fn ranges(row_of: &[usize]) -> Vec<Range<usize>> {
 
 impl Rows {
     /// The rows of a table or a log under a looseness; `None` as in [`Rows::new`].
-    pub fn under(errors: &Errors, looseness: Looseness) -> Option<Self> {
+    pub fn under(errors: &Errors, looseness: Looseness) -> Option<Arc<Self>> {
         match &errors.log {
-            None => Self::new(errors, looseness.disturbance),
+            None => Self::new(errors, looseness.disturbance).map(Arc::new),
             Some(log) => Some(Self::of_logs(errors, log, looseness.wandering)),
         }
     }
@@ -184,7 +186,17 @@ impl Rows {
     }
 
     /// The stretches of logs whose sensors have an error of a size, K, that wanders with the time.
-    pub fn of_logs(errors: &Errors, log: &LogNoise, wandering: f64) -> Self {
+    pub fn of_logs(errors: &Errors, log: &LogNoise, wandering: f64) -> Arc<Self> {
+        let known = |all: &Vec<Arc<Self>>| all.iter().find(|rows| rows.wandering == wandering).cloned();
+        if let Some(rows) = known(&log.known.lock().unwrap_or_else(PoisonError::into_inner)) {
+            return rows;
+        }
+        let rows = Arc::new(Self::wandering(errors, log, wandering));
+        log.known.lock().unwrap_or_else(PoisonError::into_inner).push(rows.clone());
+        rows
+    }
+
+    fn wandering(errors: &Errors, log: &LogNoise, wandering: f64) -> Self {
         let noise = log.parts.noise_at(&DiscrepancySize { wandering, memory: log.memory, ..DiscrepancySize::NONE });
         let log_determinant = noise.log_determinant();
         let mut all = Self::without_columns(ranges(&errors.row_of), Whitening::Series(noise), log_determinant);

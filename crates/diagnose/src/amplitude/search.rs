@@ -120,7 +120,7 @@ pub struct Search<'a> {
     /// The same of fits about the machine with the set in force.
     pub all_profiles: &'a Profiles,
     /// Blocks under each size of the disturbance; in logs under each wandering error.
-    pub rows: Vec<Rows>,
+    pub rows: Vec<Arc<Rows>>,
 }
 
 impl<'a> Search<'a> {
@@ -134,8 +134,8 @@ impl<'a> Search<'a> {
         (profiles, all_profiles): (&'a Profiles, &'a Profiles),
         near: Option<Looseness>,
     ) -> Self {
-        let rows: Vec<Rows> = match &errors.log {
-            None => settings.disturbances.par_iter().filter_map(|size| Rows::new(errors, *size)).collect(),
+        let rows: Vec<Arc<Rows>> = match &errors.log {
+            None => settings.disturbances.par_iter().filter_map(|size| Rows::new(errors, *size).map(Arc::new)).collect(),
             Some(log) => {
                 let sizes = near.map_or_else(|| settings.wanderings.clone(), |near| near_by(&settings.wanderings, near.wandering));
                 sizes.par_iter().map(|size| Rows::of_logs(errors, log, *size)).collect()
