@@ -47,8 +47,8 @@ pub struct Rung {
     pub where_left: Option<WhereLeft>,
     /// What it gains on data that took no part.
     pub gain: Option<Gain>,
-    /// Lines of the machine file.
-    pub sets: Vec<(String, String)>,
+    /// Lines of the machine file; `None` where it has no words for a cause.
+    pub sets: Option<Vec<(String, String)>>,
     /// Predictions with it in force, K.
     pub predicted: Vec<f64>,
     /// Difference of the predictions on the reduced model from those of full solves, K; none of logs and of full solves.
@@ -108,7 +108,7 @@ fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnosis> {
         return once(&problem.with_noise(share, progress), progress);
     }
     let fitted = in_force.as_ref().map(|found| found.causes.clone());
-    let rung = in_force.map(|found| weighed.rung(found)).transpose()?.flatten();
+    let rung = in_force.map(|found| weighed.rung(found)).transpose()?;
     if let (Some(best), Some(fitted)) = (explanations.first_mut(), fitted) {
         best.causes.iter_mut().zip(fitted).for_each(|(own, fitted)| *own = fitted);
     }
@@ -152,7 +152,7 @@ fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnosis> {
         gain: found_gain,
         next,
         missing: weighed.empty().map_or_else(Vec::new, |nothing| missing::missing(&beside, nothing)),
-        sets: rung.as_ref().map(|rung| rung.sets.clone()),
+        sets: rung.as_ref().and_then(|rung| rung.sets.clone()),
         rungs: rung.into_iter().collect(),
         noise_share: problem.noise_share,
         unexplained: weighed.looseness(),
@@ -238,8 +238,8 @@ impl<'b> Weighed<'b> {
 }
 
 impl Weighed<'_> {
-    /// The machine with causes in force; `None` where the machine file has no words for them.
-    fn rung(&self, found: InForce<'_>) -> Result<Option<Rung>> {
+    /// The machine with causes in force.
+    fn rung(&self, found: InForce<'_>) -> Result<Rung> {
         let problem = self.beside.problem;
         let gain = found.gain();
         let aside = found.aside();
@@ -253,7 +253,7 @@ impl Weighed<'_> {
         // Numbers of the file first: a cause may take their place.
         let members: Vec<(&Hypothesis, f64)> = refitted.iter().chain(&found.causes).map(|c| (&c.hypothesis, c.amplitude)).collect();
         let predictor = self.beside.predictor();
-        let Some(sets) = predictor.written(&members)? else { return Ok(None) };
+        let sets = predictor.written(&members)?;
         let before = square(&self.predicted(), problem, aside).max(f64::MIN_POSITIVE);
         let share = |values: &[f64]| 1.0 - square(values, problem, aside) / before;
         let alone = match found.causes.len() {
@@ -264,7 +264,7 @@ impl Weighed<'_> {
         let left = found.looseness();
         let misfit = found.misfit();
         let freedom = problem.data.count().saturating_sub(found.causes.len()).max(1);
-        Ok(Some(Rung {
+        Ok(Rung {
             share: share(&predicted),
             alone,
             rms,
@@ -278,7 +278,7 @@ impl Weighed<'_> {
             refitted,
             sets,
             predicted,
-        }))
+        })
     }
 
     /// Predictions of the machine as it is on an endlessly fine mesh, K.
@@ -291,7 +291,7 @@ impl Weighed<'_> {
     fn calibrated(&self) -> Result<Option<Rung>> {
         let Some(empty) = self.empty() else { return Ok(None) };
         let Some(found) = self.in_force(&[], empty)? else { return Ok(None) };
-        let rung = self.rung(found)?;
+        let rung = Some(self.rung(found)?);
         Ok(rung.filter(|rung| !rung.refitted.is_empty() && rung.gain.as_ref().is_some_and(|gain| gain.low > 0.0)))
     }
 

@@ -37,9 +37,9 @@ const KNOTS: (usize, usize) = (6, 24);
 const STRETCHES: usize = 6;
 /// Instants in each test at which courses turn in a machine of cells. Chosen: time steps against what is between them.
 const INSTANTS_OF_CELLS: usize = 48;
-/// Instants from which a cause may act, and those of them that every cause is screened by. Chosen: an amplitude from the one before and one from
-/// the one behind are an instant between them.
-const ONSETS: [usize; 2] = [24, 3];
+/// Instants from which a cause may act, at most. Chosen: an amplitude from the one before and one from the one behind are an instant between
+/// them.
+const ONSETS: usize = 24;
 /// Tests of which one may be another than the rest, at most. Chosen: beyond them each takes readings of its own.
 const MOST_TESTS: usize = 12;
 
@@ -93,12 +93,12 @@ impl<'a> Log<'a> {
         variables.push(times(data));
         let read: Vec<usize> = rows_that_count(data);
         let is_followed = base.found.linear.is_some();
-        let (mut when, first) = laws_of_time(problem, predictor.scales);
+        let mut when = laws_of_time(problem, predictor.scales);
         when.truncate(u64::BITS as usize - variables.len());
         let conditions: Vec<&Condition> = data.rows.iter().map(|row| &row.condition).collect();
         let factors: Vec<Vec<f64>> = when.iter().map(|law| law.factors(&conditions)).collect();
         let functions = match is_followed {
-            true => Profiles::of_log(&variables, (&factors, first), &read),
+            true => Profiles::of_log(&variables, &factors, &read),
             false => Profiles::constant(data.rows.len()),
         };
         let screened = functions.screened;
@@ -391,34 +391,27 @@ fn times(data: &Data) -> Vec<f64> {
     all
 }
 
-/// Laws of the time: growing from the start of a test on, after some instants of it, in one test alone, and from a test on. The first ones, whose
-/// number is told, are those that every cause is screened by.
-fn laws_of_time(problem: &Problem, scales: &Scales) -> (Vec<FoundLaw>, usize) {
+/// Laws of the time: growing from the start of a test on, after some instants of it, in one test alone, and from a test on.
+fn laws_of_time(problem: &Problem, scales: &Scales) -> Vec<FoundLaw> {
     let (data, variables) = (&problem.data, &problem.study.model.machine.variables);
     let axis = |name: &str| variables.iter().position(|v| v.name == name).map(|v| scales.axis(v).0);
-    let (mut all, mut fine) = (Vec::new(), Vec::new());
+    let mut all = Vec::new();
     if let Some(axis) = axis(TIME).filter(|axis| axis.most > axis.least) {
         all.push(FoundLaw::over(&axis, Course::Straight));
         let mut times: Vec<f64> = data.rows.iter().map(|row| axis.at(&row.condition)).collect();
         times.sort_by(f64::total_cmp);
         times.dedup();
         let between: Vec<f64> = times.windows(2).map(|pair| 0.5 * (pair[0] + pair[1])).collect();
-        let [fine_onsets, onsets] = ONSETS.map(|most| {
-            let count = most.min(between.len());
-            (0..count).map(|k| (2 * k + 1) * between.len() / (2 * count)).collect::<Vec<usize>>()
-        });
-        let after = |k: &usize| FoundLaw::over(&axis, Course::Above(between[*k]));
-        all.extend(onsets.iter().map(after));
-        fine.extend(fine_onsets.iter().filter(|k| !onsets.contains(k)).map(after));
+        let count = ONSETS.min(between.len());
+        let instant = |k: usize| between[(2 * k + 1) * between.len() / (2 * count)];
+        all.extend((0..count).map(|k| FoundLaw::over(&axis, Course::Above(instant(k)))));
     }
     let tests = data.tests().len();
     if let Some(axis) = axis(TEST_NUMBER).filter(|_| (2..=MOST_TESTS).contains(&tests)) {
         all.extend((1..=tests).map(|n| FoundLaw::over(&axis, Course::Only(n as f64))));
         all.extend((2..tests).map(|n| FoundLaw::over(&axis, Course::Above(n as f64 - 0.5))));
     }
-    let first = all.len();
-    all.extend(fine);
-    (all, first)
+    all
 }
 
 /// Functions of all rows that are one at a knot of a test, and fall to nothing at the next ones; one knot is the whole test.

@@ -40,7 +40,7 @@ pub struct Profiles {
     pub of: Vec<Function>,
     /// The variable that is the time of a log.
     pub time: Option<usize>,
-    /// How many functions every cause is screened by in a log: the constant, those in proportion, some laws of the time, and slow ones of it.
+    /// How many functions every cause is screened by in a log: the constant, laws, and slow ones of the time.
     pub screened: usize,
 }
 
@@ -65,9 +65,8 @@ impl Profiles {
     }
 
     /// Of the rows of a log, by the values of some variables in them, of which the last is the time: the constant, what is in proportion to
-    /// each of the others, laws of the time (their factors in the rows, and how many of them every cause is screened by), and smooth functions
-    /// of the time. Means and deviations are those of the rows that `counts`.
-    pub fn of_log(variables: &[Vec<f64>], (when, first): (&[Vec<f64>], usize), counts: &[usize]) -> Self {
+    /// each of the others, laws of the time by their factors in the rows, and smooth functions of the time. Means and deviations are those of the rows that `counts`.
+    pub fn of_log(variables: &[Vec<f64>], when: &[Vec<f64>], counts: &[usize]) -> Self {
         let rows = variables.last().map_or(0, Vec::len);
         let n = counts.len().max(1) as f64;
         let centred = |values: &[f64]| {
@@ -88,13 +87,12 @@ impl Profiles {
             columns.push(values.clone());
             of.push(Function::Linear(v));
         }
+        for (law, factors) in when.iter().enumerate() {
+            columns.push(factors.clone());
+            of.push(Function::When(all.len() + law));
+        }
         let mut screened = 0;
         for (place, length) in LENGTHS.iter().enumerate() {
-            let own = if place == 0 { 0..first.min(when.len()) } else { first.min(when.len())..when.len() };
-            for law in own {
-                columns.push(when[law].clone());
-                of.push(Function::When(all.len() + law));
-            }
             let kernel = |j: usize| (0..rows).map(|i| near((all[time][i] - all[time][j]) / length)).collect();
             for column in low_rank(vec![1.0; rows], kernel, LEAST_VARIANCE) {
                 columns.push(centred(&column));

@@ -15,6 +15,8 @@ use super::wrong::{Wrong, log_odds};
 const MOST_ITERATIONS: usize = 12;
 /// A fit stands when no amplitude moves by more than this, in units of its kind's scale.
 const STANDS: f64 = 0.02;
+/// Errors about a machine serve beside amplitudes that are as near, in units of their kind's scale. Chosen: they change by as much themselves.
+const NEAR: f64 = 0.2;
 /// Longest step of an amplitude, in units of its kind's scale: beyond it the linear model has not been.
 const LONGEST_STEP: f64 = 1.5;
 /// Sets that grow by a further place.
@@ -188,8 +190,9 @@ impl<'a> Search<'a> {
     pub fn refined(&self, fit: Fit) -> Fit {
         let Some(about) = self.about else { return fit };
         let mut fit = fit;
+        let mut moved = f64::INFINITY;
         for place in 0..MOST_REFERENCES {
-            let known = fit.errors.as_deref().filter(|_| place > 0);
+            let known = fit.errors.as_deref().filter(|_| moved < NEAR);
             let Some((reference, mut errors)) = about(&fit.members, &fit.amplitudes, false, known) else {
                 // Between a few amplitudes it is known all the same.
                 return if place == 0 { fit } else { Fit { stands: false, log_evidence: f64::NEG_INFINITY, ..fit } };
@@ -200,9 +203,9 @@ impl<'a> Search<'a> {
             }
             let begun = Fit { errors: Some(Arc::new(errors)), reference: Some(Arc::new(reference)), stands: false, ..fit };
             fit = self.with_errors_of(&begun).fit_from(begun.clone(), place >= CHOOSING_REFERENCES);
-            let moved = fit.reference.iter().flat_map(|own| own.amplitudes.iter().zip(&fit.amplitudes)).flat_map(|(a, b)| a.iter().zip(b));
-            let is_at_rest = moved.fold(0.0, |most: f64, (a, b)| most.max((a - b).abs())) < STANDS;
-            if !fit.log_evidence.is_finite() || is_at_rest {
+            let steps = fit.reference.iter().flat_map(|own| own.amplitudes.iter().zip(&fit.amplitudes)).flat_map(|(a, b)| a.iter().zip(b));
+            moved = steps.fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()));
+            if !fit.log_evidence.is_finite() || moved < STANDS {
                 return fit;
             }
         }
@@ -307,6 +310,7 @@ impl<'a> Search<'a> {
         let of = |(k, own): (usize, &Vec<f64>)| {
             let (candidate, freedom) = (&self.candidates[fit.members[k]], fit.freedoms[k]);
             let (low, high) = candidate.range;
+            let low = if candidate.is_signed { low } else { low.max(0.0) };
             let course = if self.is_log() { self.all_profiles.course(own) } else { own.clone() };
             let excess: Vec<f64> = course.iter().map(|a| (low - a).max(a - high).max(0.0)).collect();
             if excess.iter().all(|e| *e < STANDS) {

@@ -19,7 +19,7 @@ pub struct AmplitudeSettings {
     /// the mean heat.
     pub wandering_heats: Vec<f64>,
     /// Errors of each sensor of a log that are tried, standard deviations in K: they wander with the time, beside what is stated. A converter
-    /// of a third of a kelvin, air that is not still, a mixing that a lumped node leaves out.
+    /// of a third of a kelvin, air that is not still, a mixing that a lumped node leaves out, rows that were thinned.
     pub wanderings: Vec<f64>,
     /// Price of the wandering error in log evidence, 1/K: an exponential prior of mean 0.1 K.
     pub wandering_price: f64,
@@ -76,7 +76,7 @@ impl Default for AmplitudeSettings {
             disturbances: vec![0.0, 0.01, 0.03, 0.1],
             disturbance_price: 20.0,
             wandering_heats: vec![0.0, 0.01, 0.03, 0.1, 0.3],
-            wanderings: vec![0.0, 0.05, 0.15, 0.3],
+            wanderings: vec![0.0, 0.015, 0.05, 0.15, 0.3],
             wandering_price: 10.0,
             wandering_memory: 0.05,
             freedoms: vec![0.0, 0.15, 0.5, 1.5],

@@ -273,6 +273,11 @@ impl Hypothesis {
         Self { law, law_of: Some(scales.words_with(law, &number)), number: Some(number), ..self.clone() }
     }
 
+    /// The same by the law that its kind usually has.
+    pub(crate) fn under_usual_law(&self) -> Self {
+        self.clone().under(self.effect.usual_law())
+    }
+
     /// The same by a variable that is its amplitude.
     pub(crate) fn by_course(&self, law: Law) -> Self {
         self.clone().under(law)

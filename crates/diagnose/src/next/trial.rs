@@ -188,8 +188,10 @@ fn outlook(
         if slopes.iter().any(|(h, _)| h.is_same(&cause.hypothesis)) {
             continue;
         }
-        let members = [(&cause.hypothesis, cause.amplitude)];
-        let Some(Extended { study, .. }) = predictor.extended(&members)? else {
+        // A law that no formula says, such as another number in every row, is unknown here: the cause acts as causes of its kind do.
+        let usual = cause.hypothesis.under_usual_law();
+        let extended = |h: &Hypothesis| predictor.extended(&[(h, cause.amplitude)]);
+        let Some(Extended { study, .. }) = extended(&cause.hypothesis)?.map_or_else(|| extended(&usual), |found| Ok(Some(found)))? else {
             return Err(Error::input("the machine file has no words for this cause"));
         };
         let values = if cause.hypothesis.is_sensor() { without.clone() } else { run(&prepared(&study)?)? };

@@ -279,24 +279,6 @@ fn a_worse_contact_a_leak_and_a_heat() {
     for (seed, kind, place, amplitude, lines) in cases {
         let found = found(seed, &Hidden { lines, ..Hidden::default() });
         println!("{}", told(seed, &found));
-        for e in found.explanations.iter().take(6) {
-            println!(
-                "{:.3} {:.1} {:?} {}",
-                e.probability,
-                e.misfit,
-                e.level,
-                e.causes.iter().map(coldplate_diagnose::sentence).collect::<Vec<_>>().join("; ")
-            );
-        }
-        for s in &found.places.sets {
-            println!(
-                "  {:.4} lead {:.1} kept {:?} {:?}",
-                s.probability,
-                s.lead,
-                s.kept_out,
-                s.members.iter().map(|m| (m.hypothesis.kind(), &m.hypothesis.place)).collect::<Vec<_>>()
-            );
-        }
         assert!(is_named(&found, kind, place), "{}", told(seed, &found));
         let part = &found.explanations[0].causes[0];
         let (low, high) = part.interval();

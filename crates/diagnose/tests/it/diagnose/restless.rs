@@ -101,6 +101,13 @@ fn a_contact_comes_before_the_gains_that_slopes_prefer() {
         problem.uncertainty = uncertainty(&problem.data, &file);
         let found = diagnose(&problem, &Silent).unwrap();
         let named: Vec<String> = found.rungs.iter().flat_map(|r| &r.causes).map(|c| c.hypothesis.kind_and_place()).collect();
+        println!(
+            "{:?} {:?} {:?} {:?}",
+            found.verdict,
+            found.is_vetoed,
+            found.gain.as_ref().map(|g| (g.before, g.after, g.low)),
+            found.explanations.iter().take(3).map(|e| (e.probability, e.misfit, &e.causes, e.level)).collect::<Vec<_>>()
+        );
         assert_eq!(named, ["contact conductance at bearing_housing"], "{:?}", found.verdict);
         let (low, high) = found.rungs[0].causes[0].interval();
         assert!((low..=high).contains(&f64::ln(watts_per_kelvin / 5.0)), "{:?}", (low.exp(), high.exp()));

@@ -116,7 +116,7 @@ fn a_contact_in_one_of_four_tests() {
 fn a_sensor_that_was_put_back_otherwise() {
     let found = found(2, &[], |t, _| t >= 2, 0.8);
     assert_eq!(best(&found), ("sensor offset", "spindle", "from the test 'wednesday' on".into()));
-    assert!(found.gain.is_some_and(|gain| gain.after < 0.5 * gain.before));
+    assert!(found.gain.as_ref().is_some_and(|gain| gain.after < 0.5 * gain.before), "{:?}", found.gain);
 }
 
 /// The flange closes as the spindle warms, and stays closed as it cools.
