@@ -187,27 +187,6 @@ impl Found<'_> {
         let ground = seen(self.search, self.nothing).1;
         let gain = |fit: &Fit| sum_and_error(&difference(&seen(self.search, fit).1, &ground));
         let gains: Vec<(usize, (f64, f64))> = best.par_iter().map(|fit| (fit.members.len(), gain(fit))).collect();
-        if std::env::var("DBG").is_ok() {
-            for (fit, gain) in best.iter().zip(&gains) {
-                eprintln!(
-                    "post {:.1} kept {gain:?} {:?} {:?}",
-                    fit.log_posterior() - self.nothing.log_posterior(),
-                    fit.looseness,
-                    fit.members
-                        .iter()
-                        .zip(&fit.freedoms)
-                        .map(|(m, f)| format!(
-                            "{} {} {} {:?} {:b}",
-                            self.visible[*m].0.kind(),
-                            self.visible[*m].0.place,
-                            f.size,
-                            f.curve,
-                            f.law
-                        ))
-                        .collect::<Vec<_>>()
-                );
-            }
-        }
         let most = gains.iter().map(|(_, gain)| *gain).max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or_default();
         let is_near = |(count, (sum, _)): &&(usize, (f64, f64))| *count > 0 && *sum >= most.0 - most.1;
         let enough = gains.iter().filter(is_near).map(|(count, _)| *count).min().unwrap_or(0).max(1);

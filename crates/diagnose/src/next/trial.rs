@@ -188,13 +188,14 @@ fn outlook(
         if slopes.iter().any(|(h, _)| h.is_same(&cause.hypothesis)) {
             continue;
         }
-        // A law that no formula says, such as another number in every row, is unknown here: the cause acts as causes of its kind do.
-        let usual = cause.hypothesis.under_usual_law();
-        let extended = |h: &Hypothesis| predictor.extended(&[(h, cause.amplitude)]);
-        let Some(Extended { study, .. }) = extended(&cause.hypothesis)?.map_or_else(|| extended(&usual), |found| Ok(Some(found)))? else {
-            return Err(Error::input("the machine file has no words for this cause"));
+        let values = |h: &Hypothesis| {
+            let Some(Extended { study, .. }) = predictor.extended(&[(h, cause.amplitude)])? else {
+                return Err(Error::input("the machine file has no words for this cause"));
+            };
+            if h.is_sensor() { Ok(without.clone()) } else { run(&prepared(&study)?) }
         };
-        let values = if cause.hypothesis.is_sensor() { without.clone() } else { run(&prepared(&study)?)? };
+        // A law that no formula says is not known here, and one that heats ever more has no end: the cause acts as causes of its kind do.
+        let values = values(&cause.hypothesis).or_else(|_| values(&cause.hypothesis.under_usual_law()))?;
         let with = moved(cause.hypothesis.clone(), problem).read(
             (predictor.scales, &problem.study.model.machine),
             &data,

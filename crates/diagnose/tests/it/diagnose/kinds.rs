@@ -3,7 +3,7 @@
 
 use coldplate_base::document::Document;
 use coldplate_base::progress::Silent;
-use coldplate_diagnose::{Diagnosis, Law, Verdict, diagnose};
+use coldplate_diagnose::{Cause, Diagnosis, Law, Verdict, diagnose};
 use coldplate_evidence::identify;
 use coldplate_evidence::measurement::Data;
 use coldplate_explore::simulate::Start;
@@ -124,11 +124,12 @@ fn a_loss_that_grows_with_the_temperature() {
         seed: 10,
     };
     let found = diagnose(&hidden.problem(), &Silent).unwrap();
-    let best = &found.explanations[0].causes[0];
-    println!("{:?} {:?} {:?}", found.verdict, found.level, found.explanations[0]);
-    assert_eq!((best.hypothesis.kind(), best.hypothesis.place.as_str(), best.hypothesis.law), ("source factor", "motor", Law::Temperature));
-    let (low, high) = best.interval();
-    assert!(low < 0.039 && 0.039 < high && low > 0.02, "{low} {high}");
+    // What 300 cells leave of the truth may show as a small place beside it.
+    let is_this =
+        |c: &&Cause| (c.hypothesis.kind(), c.hypothesis.place.as_str(), c.hypothesis.law) == ("source factor", "motor", Law::Temperature);
+    let all = found.set.iter().map(|i| found.explanations[*i].causes.iter().find(is_this));
+    let all: Vec<&Cause> = all.collect::<Option<_>>().unwrap_or_else(|| panic!("{:?}", found.explanations[0]));
+    assert!((all[0].amplitude / 0.039 - 1.0).abs() < 0.15, "{}", all[0].amplitude);
     assert!(is_written(&found, "source.motor.temperature_coefficient"));
 }
 
