@@ -102,14 +102,28 @@ impl<'p> Beside<'p> {
         let mut of_kind: HashMap<&str, usize> = HashMap::new();
         visible.iter().for_each(|(h, _)| *of_kind.entry(h.kind()).or_default() += 1);
         candidates.iter_mut().zip(&visible).for_each(|(own, (h, _))| own.rate = h.rate(of_kind[h.kind()]));
-        let log = is_log.then(|| Log::new(problem, &predictor, (base, &self.catalogue), (&visible, &sizes), settings));
-        let (errors, profiles, names) = match &log {
+        let residual = &base.found.residual;
+        let in_time = |log: &Log<'_>, along: &[Vec<Vec<f64>>], m: usize, own: Candidate| {
+            let may_run = own.may_run && force::runs(&predictor, visible[m].0);
+            own.in_time(along[m].clone(), may_run && log.is_followed())
+        };
+        let mut log = is_log.then(|| Log::new(problem, &predictor, (base, &self.catalogue), (&visible, &sizes), settings));
+        let errors = log.as_ref().map_or_else(|| errors(problem, base, &self.catalogue), Log::errors);
+        if let Some(log) = log.as_mut().filter(|log| log.is_followed()) {
+            progress.say("instants at which causes set in");
+            let (along, profiles) = (log.along(), log.profiles());
+            let all: Vec<Candidate> = candidates.iter().cloned().enumerate().map(|(m, own)| in_time(log, &along, m, own)).collect();
+            let search = Search::new(&errors, residual, &all, settings, None, (&profiles.0, &profiles.1), None);
+            let found = search.singles(&search.nothing());
+            log.look_closer(&found);
+        }
+        let (profiles, names) = match &log {
             None => {
                 let (names, variables) = variables(problem);
                 let count = rows_that_count(&problem.data).len();
-                (errors(problem, base, &self.catalogue), (Profiles::constant(count), Profiles::smooth(count, &variables)), names)
+                ((Profiles::constant(count), Profiles::smooth(count, &variables)), names)
             }
-            Some(log) => (log.errors(), log.profiles(), log.names.clone()),
+            Some(log) => (log.profiles(), log.names.clone()),
         };
         let attached = OnceLock::new();
         let table = Table { problem, predictor: &predictor, base, errors: &errors, visible: &visible, sizes: &sizes, attached };
@@ -121,14 +135,11 @@ impl<'p> Beside<'p> {
         let about: Option<About<'_>> = if is_followed { Some(&about) } else { None };
         let along = log.as_ref().map(Log::along);
         let in_time = |m: usize, own: Candidate| match log.as_ref().zip(along.as_ref()) {
-            Some((_, along)) => {
-                let may_run = own.may_run && force::runs(&predictor, visible[m].0);
-                own.in_time(along[m].clone(), may_run)
-            }
+            Some((log, along)) => in_time(log, along, m, own),
             None => own,
         };
         candidates = candidates.into_iter().enumerate().map(|(m, own)| in_time(m, own)).collect();
-        let (profiles, residual) = ((&profiles.0, &profiles.1), &base.found.residual);
+        let profiles = (&profiles.0, &profiles.1);
         let by_slope = if is_costly {
             progress.say("places and kinds by their slopes");
             let search = Search::new(&errors, residual, &candidates, settings, about, profiles, None);

@@ -1,7 +1,7 @@
 //! The course of an amplitude through a log as a law, in the words that a machine file has for it.
 
 use super::PlaceAndKind;
-use super::logs::rows_that_count;
+use super::logs::{ONSETS, rows_that_count};
 use super::profiles::{Function, Profiles};
 use super::ways::{coefficients, largest, not_nothing};
 use crate::effects::{Axis, Course, FoundLaw, Law, LawForm, LawNumber, Scales, Sequence};
@@ -29,11 +29,11 @@ impl Courses<'_> {
     pub fn told(&self, member: &PlaceAndKind, own: &[f64], scales: &mut Scales) -> Cause {
         let h = &member.hypothesis;
         let most = largest(&member.amplitudes);
-        let (whole, deviation) = (member.amplitudes[most], member.deviations[most]);
+        let (whole, mut deviation) = (member.amplitudes[most], member.deviations[most]);
         if own.iter().skip(1).all(|a| *a == 0.0) {
             return Cause::new(h.clone(), whole, deviation);
         }
-        let whole = not_nothing(whole);
+        let mut whole = not_nothing(whole);
         let read = rows_that_count(&self.problem.data);
         let rows: Vec<&Condition> = read.iter().map(|row| &self.problem.data.rows[*row].condition).collect();
         let (law, number) = match self.parts(own, scales) {
@@ -43,7 +43,10 @@ impl Courses<'_> {
                 let mut all = parts.into_iter().zip(shares).map(|(part, share)| (share / whole, part));
                 let first = all.next().unwrap_or((0.0, FoundLaw::One));
                 match all.next() {
-                    None => (first.1, number),
+                    None => {
+                        (whole, deviation) = (whole * first.0, deviation * first.0.abs());
+                        (first.1, number)
+                    }
                     Some(second) => {
                         let both = FoundLaw::Sum(Box::new([first, second]));
                         (all.fold(both, |sum, part| FoundLaw::Sum(Box::new([(1.0, sum), part]))), None)
@@ -98,7 +101,8 @@ impl Courses<'_> {
         Some((parts, number))
     }
 
-    /// Instants with what sets in there, of which two that are neighbours are one between them, and half of what lies between neighbours.
+    /// Instants with what sets in there: those that are neighbours are one, at their mean weighted by that. With them half of what lies between
+    /// two that were tried.
     fn instants(&self, mut onsets: Vec<(f64, f64)>) -> (Vec<f64>, f64) {
         let instant = |law: &FoundLaw| match law {
             FoundLaw::Over(axis, Course::Above(instant)) if axis.is_time() => Some(*instant),
@@ -106,20 +110,19 @@ impl Courses<'_> {
         };
         let mut all: Vec<f64> = self.when.iter().filter_map(instant).collect();
         all.sort_by(f64::total_cmp);
+        let near = all.last().zip(all.first()).map_or(0.0, |(last, first)| (last - first) / ONSETS as f64);
         onsets.sort_by(|a, b| a.0.total_cmp(&b.0));
         let apart = |at: f64| all.windows(2).find(|pair| pair[0] == at).map_or(0.0, |pair| pair[1] - pair[0]);
         let most = onsets.iter().map(|(at, _)| apart(*at)).fold(0.0, f64::max);
         let mut found: Vec<f64> = Vec::new();
-        let mut rest = onsets.into_iter().peekable();
-        while let Some((at, a)) = rest.next() {
-            let next = rest.peek().copied().filter(|(then, _)| (then - at) <= apart(at));
-            let between = next.map(|(then, b)| at + (then - at) * b / (a + b));
-            match between.filter(|instant| (instant - at).abs() <= 2.0 * apart(at)) {
-                Some(instant) => {
-                    found.push(instant);
-                    rest.next();
-                }
-                None => found.push(at),
+        for group in onsets.chunk_by(|a, b| b.0 - a.0 <= near) {
+            let sum: f64 = group.iter().map(|(_, a)| a).sum();
+            let mean = group.iter().map(|(at, a)| at * a).sum::<f64>() / sum;
+            let (from, to) = (group[0].0 - near, group[group.len() - 1].0 + near);
+            // What sets in and stops again is no instant.
+            match (from..=to).contains(&mean) {
+                true => found.push(mean),
+                false => found.extend(group.iter().map(|(at, _)| *at)),
             }
         }
         (found, 0.5 * most)

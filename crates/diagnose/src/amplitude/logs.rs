@@ -13,7 +13,7 @@ use super::force::{self, Forced, STEP};
 use super::profiles::Profiles;
 use super::response::Slope;
 use super::rows::{Errors, LogNoise};
-use super::search::Reference;
+use super::search::{Fit, Reference};
 use super::settings::AmplitudeSettings;
 use super::sizing::Sizing;
 use crate::Problem;
@@ -37,9 +37,11 @@ const KNOTS: (usize, usize) = (6, 24);
 const STRETCHES: usize = 6;
 /// Instants in each test at which courses turn in a machine of cells. Chosen: time steps against what is between them.
 const INSTANTS_OF_CELLS: usize = 48;
-/// Instants from which a cause may act, at most. Chosen: an amplitude from the one before and one from the one behind are an instant between
-/// them.
-const ONSETS: usize = 24;
+/// Instants from which a cause may act: first few in the whole of a test, then as many between those that single causes ask for. Chosen: an
+/// amplitude from the one before and one from the one behind are an instant between them.
+pub const ONSETS: usize = 24;
+/// Instants that are added around one, at most. Chosen.
+const CLOSER: usize = 8;
 /// Tests of which one may be another than the rest, at most. Chosen: beyond them each takes readings of its own.
 const MOST_TESTS: usize = 12;
 
@@ -54,8 +56,8 @@ pub struct Log<'a> {
     settings: &'a AmplitudeSettings,
     /// Functions of all rows.
     functions: Profiles,
-    /// How many of them every cause is screened by.
-    screened: usize,
+    /// Values of the variables over which an amplitude may run.
+    variables: Vec<Vec<f64>>,
     /// Knots of the disturbance: functions of all rows.
     hats: Vec<Vec<f64>>,
     /// Between instants at which courses turn, in rows.
@@ -91,17 +93,12 @@ impl<'a> Log<'a> {
         }
         names.push(TIME.into());
         variables.push(times(data));
-        let read: Vec<usize> = rows_that_count(data);
         let is_followed = base.found.linear.is_some();
-        let mut when = laws_of_time(problem, predictor.scales);
-        when.truncate(u64::BITS as usize - variables.len());
-        let conditions: Vec<&Condition> = data.rows.iter().map(|row| &row.condition).collect();
-        let factors: Vec<Vec<f64>> = when.iter().map(|law| law.factors(&conditions)).collect();
-        let functions = match is_followed {
-            true => Profiles::of_log(&variables, &factors, &read),
-            false => Profiles::constant(data.rows.len()),
-        };
-        let screened = functions.screened;
+        let all = onsets(problem);
+        let count = ONSETS.min(all.len());
+        let coarse: Vec<f64> = (0..count).map(|k| all[(2 * k + 1) * all.len() / (2 * count)]).collect();
+        let when = laws_of_time(problem, predictor.scales, &coarse);
+        let functions = Profiles::constant(data.rows.len());
         let loads = data.rows.iter().filter_map(|row| Load::at(machine, &row.condition).ok());
         let heats: Vec<f64> = loads.flat_map(|load| load.powers).map(f64::abs).collect();
         let tests = data.tests();
@@ -112,7 +109,7 @@ impl<'a> Log<'a> {
         let stride = if problem.study.model.mesh.cells == 0 { 1 } else { longest.div_ceil(INSTANTS_OF_CELLS) };
         let heat = heats.iter().sum::<f64>() / heats.len().max(1) as f64;
         let stretches = stretches(data);
-        Self {
+        let mut log = Self {
             problem,
             predictor,
             base,
@@ -121,20 +118,57 @@ impl<'a> Log<'a> {
             sizes,
             settings,
             functions,
-            screened,
+            variables,
             hats,
             stride,
             heat,
             stretches,
             names,
             when,
+        };
+        log.functions = log.functions();
+        log
+    }
+
+    fn functions(&self) -> Profiles {
+        let data = &self.problem.data;
+        if !self.is_followed() {
+            return Profiles::constant(data.rows.len());
         }
+        let conditions: Vec<&Condition> = data.rows.iter().map(|row| &row.condition).collect();
+        let factors: Vec<Vec<f64>> = self.when.iter().map(|law| law.factors(&conditions)).collect();
+        Profiles::of_log(&self.variables, &factors, &rows_that_count(data))
+    }
+
+    /// Adds instants around those from which causes act in some fits, the most probable first, as many as there is room for.
+    pub fn look_closer(&mut self, fits: &[Fit]) {
+        let instants = onsets(self.problem);
+        let known = |law: &FoundLaw| {
+            if let FoundLaw::Over(axis, Course::Above(at)) = law { Some(at * axis.per_unit).filter(|_| axis.is_time()) } else { None }
+        };
+        let mut all: Vec<f64> = self.when.iter().filter_map(known).collect();
+        let room = (u64::BITS as usize - self.variables.len() - (self.when.len() - all.len())).min(2 * ONSETS);
+        let coarse = all.clone();
+        let asked =
+            fits.iter().flat_map(|fit| &fit.freedoms).flat_map(|f| (0..self.when.len()).filter(|law| f.has(self.names.len() + law)));
+        for at in asked.filter_map(|law| known(&self.when[law])) {
+            let k = coarse.iter().position(|own| *own == at).unwrap_or(0);
+            let (from, to) = (coarse[k.saturating_sub(1)], coarse[(k + 1).min(coarse.len() - 1)]);
+            let mut own: Vec<f64> = instants.iter().copied().filter(|t| *t > from && *t < to && !all.contains(t)).collect();
+            let step = own.len().div_ceil(CLOSER).max(1);
+            own = own.into_iter().step_by(step).collect();
+            own.truncate(room.saturating_sub(all.len()));
+            all.extend(own);
+        }
+        all.sort_by(f64::total_cmp);
+        self.when = laws_of_time(self.problem, self.predictor.scales, &all);
+        self.functions = self.functions();
     }
 
     /// Functions of the rows with readings that causes are screened by, and all of them.
     pub fn profiles(&self) -> (Profiles, Profiles) {
         let all = self.functions.in_rows(&rows_that_count(&self.problem.data));
-        (all.first(self.screened), all)
+        (all.first(self.functions.screened), all)
     }
 
     fn as_it_is(&self) -> About<'_> {
@@ -164,7 +198,7 @@ impl<'a> Log<'a> {
         let units: Vec<f64> = self.sizes.iter().map(|size| size.slope(0.0)).collect();
         let scaled = |((_, column), unit): (&(&Hypothesis, &Vec<f64>), &f64)| column.iter().map(|c| c * unit).collect::<Vec<f64>>();
         let means: Vec<Vec<f64>> = self.visible.iter().zip(&units).map(scaled).collect();
-        self.slopes(&self.as_it_is(), (&own, &units), means, self.screened)
+        self.slopes(&self.as_it_is(), (&own, &units), means, self.functions.screened)
     }
 
     /// Slopes of the readings in causes by the first functions of the rows, K per scale, about a machine in which `means` are those in the mean.
@@ -314,7 +348,7 @@ impl<'a> Log<'a> {
             }
         }
         let change = shown.iter().zip(&self.base.found.prediction.values).map(|(a, b)| a - b).collect();
-        let others = self.slopes(&about, (&there[others.clone()], &units[others]), of_all, self.screened);
+        let others = self.slopes(&about, (&there[others.clone()], &units[others]), of_all, self.functions.screened);
         let of = |columns: Vec<Vec<Vec<f64>>>| columns.into_iter().map(Slope::OfFunctions).collect();
         let reference = Reference { amplitudes: amplitudes.to_vec(), change, slopes: of(slopes), others: of(others) };
         Some((reference, known.cloned().unwrap_or_else(|| self.errors_about(&about))))
@@ -391,20 +425,23 @@ fn times(data: &Data) -> Vec<f64> {
     all
 }
 
+/// Instants between two rows, as the machine file's variable of the time has them.
+fn onsets(problem: &Problem) -> Vec<f64> {
+    let Some(v) = problem.study.model.machine.variables.iter().position(|v| v.name == TIME) else { return Vec::new() };
+    let mut times: Vec<f64> = problem.data.rows.iter().map(|row| row.condition.si()[v]).collect();
+    times.sort_by(f64::total_cmp);
+    times.dedup();
+    times.windows(2).map(|pair| 0.5 * (pair[0] + pair[1])).collect()
+}
+
 /// Laws of the time: growing from the start of a test on, after some instants of it, in one test alone, and from a test on.
-fn laws_of_time(problem: &Problem, scales: &Scales) -> Vec<FoundLaw> {
+fn laws_of_time(problem: &Problem, scales: &Scales, onsets: &[f64]) -> Vec<FoundLaw> {
     let (data, variables) = (&problem.data, &problem.study.model.machine.variables);
     let axis = |name: &str| variables.iter().position(|v| v.name == name).map(|v| scales.axis(v).0);
     let mut all = Vec::new();
     if let Some(axis) = axis(TIME).filter(|axis| axis.most > axis.least) {
         all.push(FoundLaw::over(&axis, Course::Straight));
-        let mut times: Vec<f64> = data.rows.iter().map(|row| axis.at(&row.condition)).collect();
-        times.sort_by(f64::total_cmp);
-        times.dedup();
-        let between: Vec<f64> = times.windows(2).map(|pair| 0.5 * (pair[0] + pair[1])).collect();
-        let count = ONSETS.min(between.len());
-        let instant = |k: usize| between[(2 * k + 1) * between.len() / (2 * count)];
-        all.extend((0..count).map(|k| FoundLaw::over(&axis, Course::Above(instant(k)))));
+        all.extend(onsets.iter().map(|at| FoundLaw::over(&axis, Course::Above(at / axis.per_unit))));
     }
     let tests = data.tests().len();
     if let Some(axis) = axis(TEST_NUMBER).filter(|_| (2..=MOST_TESTS).contains(&tests)) {
