@@ -285,13 +285,20 @@ fn open_numbers(beside: &Beside<'_>, causes: &[Cause], (errors, rows, deviations
         let deviation = spread(k);
         open(stated + k, deviation, h.clone().inexact_by(deviation * unit))
     });
-    let first = errors.stated.iter().position(|c| base.errors.uncertain().first() == Some(c)).unwrap_or(stated);
+    let first = errors.uncertain.start;
     let called = problem.uncertain.iter().enumerate().filter_map(|(k, u)| open(first + k, 1.0, Number::of(u)));
+    let measured = Stated::of(problem, &problem.study).measured(problem, &beside.catalogue);
+    // In tables each row has an error of its own.
+    let is_one_each = errors.uncertain.len() == problem.uncertain.len() + measured.len();
+    let first = first + problem.uncertain.len();
+    let heats = measured.into_iter().enumerate().filter(|_| is_one_each).filter_map(|(k, h)| open(first + k, 1.0, h));
+    // About another machine their columns are others, at the same places.
+    let shared = base.errors.shared();
     let common = factors(beside).filter_map(|(factor, h)| {
-        let at = errors.stated.iter().position(|c| *c == base.factors[factor])?;
+        let at = shared.iter().position(|c| *c == base.factors[factor])?;
         open(at, 1.0, h)
     });
-    of_file.chain(called).chain(common).collect()
+    of_file.chain(called).chain(heats).chain(common).collect()
 }
 
 /// Common factors by their places in [`CommonFactor::ALL`], as hypotheses whose scale is their standard deviation.

@@ -67,6 +67,16 @@ impl Stated {
         (rest, errors)
     }
 
+    /// The factors on heats that are columns, each with the stated uncertainty of its column as its scale.
+    pub fn measured(&self, problem: &Problem, catalogue: &[Hypothesis]) -> Vec<Hypothesis> {
+        let factor = |own: &MeasuredHeat| {
+            let deviation = problem.uncertainty.variables[own.variable].relative;
+            let h = catalogue.iter().find(|h| is_factor(h, own))?;
+            (deviation > 0.0).then(|| h.clone().inexact_by(deviation))
+        };
+        self.heats.iter().filter_map(factor).collect()
+    }
+
     /// Whether any heat is a column.
     pub fn has_measured(&self) -> bool {
         !self.heats.is_empty()

@@ -1,6 +1,7 @@
 //! The machine as it is beside the data: every place and kind fitted, sets grown, laws told.
 
 use std::collections::HashMap;
+use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
@@ -27,7 +28,8 @@ use crate::view::Comparison;
 use crate::{Cause, Problem};
 use coldplate_base::error::Result;
 use coldplate_base::progress::Progress;
-use coldplate_evidence::measurement::{ReadingRow, TIME, whiten};
+use coldplate_evidence::discrepancy::ErrorParts;
+use coldplate_evidence::measurement::{MeasurementUncertainty, ReadingRow, TIME, whiten};
 use coldplate_network::Load;
 
 /// Amplitudes at which the machine is solved for each cause that bends, in units of its scale.
@@ -65,6 +67,10 @@ impl<'p> Beside<'p> {
         let scales = Scales::of(data, &study.model.machine);
         let mut catalogue = hypotheses(study, data, &problem.user);
         catalogue.retain(|h| (h.law == h.effect.usual_law() || h.is_drift()) && !problem.without.iter().any(|kind| kind == h.kind()));
+        // A temperature whose uncertainty the user states is as certain as that.
+        let usual = MeasurementUncertainty::usual(data, &study.model.machine).variables;
+        let is_stated = |v: usize| problem.uncertainty.file.is_some() && problem.uncertainty.variables[v] != usual[v];
+        catalogue.retain(|h| h.variable().is_none_or(|v| !is_stated(v)));
         let base = Comparison::of(problem, study, &catalogue, &scales)?;
         Ok(Self { problem, catalogue, scales, base })
     }
@@ -395,6 +401,12 @@ fn candidate(predictor: &Predictor<'_>, (h, column): (&Hypothesis, &Vec<f64>), s
     Candidate { answer, is_signed, range, rate: 1.0, may_wander, may_follow, may_run }
 }
 
+/// Places of uncertain numbers among the errors that readings share.
+pub fn uncertain(errors: &ErrorParts) -> Range<usize> {
+    let all = errors.shared().len();
+    all - errors.uncertain().len()..all
+}
+
 /// The covariance of a table's readings without any cause.
 fn errors(problem: &Problem, base: &Comparison, catalogue: &[Hypothesis]) -> Errors {
     let places = whiten::places(&problem.data);
@@ -408,6 +420,7 @@ fn errors(problem: &Problem, base: &Comparison, catalogue: &[Hypothesis]) -> Err
         row_of: consecutive(places.iter().map(|(row, _)| *row)),
         noise: base.errors.noise().to_vec(),
         stated: base.errors.shared(),
+        uncertain: uncertain(&base.errors),
         numbers: base.errors.numbers().to_vec(),
         heats: of_heat.map(|(_, column)| column.iter().map(|c| c * mean).collect()).collect(),
         aside: Vec::new(),

@@ -457,6 +457,7 @@ mod tests {
         let errors = Errors {
             noise: vec![0.1, 0.2, 0.1, 0.1, 0.2, 0.1, 0.2, 0.1],
             stated: vec![wave(1), only(1, wave(2)), only(0, wave(3))],
+            uncertain: 0..0,
             numbers: vec![wave(4), wave(5)],
             heats: vec![wave(6), wave(7)],
             row_of,

@@ -9,6 +9,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use super::beside::uncertain;
 use super::force::{self, Forced, STEP};
 use super::profiles::Profiles;
 use super::response::Slope;
@@ -263,6 +264,7 @@ impl<'a> Log<'a> {
             row_of: self.stretches.clone(),
             noise: found.errors.noise().to_vec(),
             stated,
+            uncertain: uncertain(&found.errors),
             numbers: found.errors.numbers().to_vec(),
             heats: heated,
             aside: Vec::new(),

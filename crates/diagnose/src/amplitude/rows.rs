@@ -30,6 +30,8 @@ pub struct Errors {
     pub noise: Vec<f64>,
     /// Errors of unit variance that readings share, one column each, K.
     pub stated: Vec<Vec<f64>>,
+    /// Places among these of numbers called uncertain and, behind them, of heats that are columns of the data.
+    pub uncertain: Range<usize>,
     /// Change of every reading with the logarithm of each number of the machine, K.
     pub numbers: Vec<Vec<f64>>,
     /// Change of every reading with a heat in each part as large as the machine's mean heat, K: the disturbance has its own in every row. In

@@ -373,6 +373,11 @@ impl Hypothesis {
         if let Effect::Sensor(sensor) = self.effect { Some(sensor) } else { None }
     }
 
+    /// The variable whose values it is about.
+    pub(crate) fn variable(&self) -> Option<usize> {
+        if let Effect::Variable(own) = &self.effect { Some(own.variable()) } else { None }
+    }
+
     /// Whether it is about a reading and not about the machine.
     pub fn is_sensor(&self) -> bool {
         self.sensor().is_some()

@@ -107,6 +107,13 @@ fn warmer(leaf: &Leaf, name: &str, kelvin: &str) -> Option<Leaf> {
     })
 }
 
+impl Variable {
+    /// Which of the machine's variables.
+    pub fn variable(&self) -> usize {
+        self.0
+    }
+}
+
 impl Family for Variable {
     fn candidates(site: &Site<'_>) -> Vec<Hypothesis> {
         let all_inlets = inlets(site.study);
