@@ -1,6 +1,7 @@
 //! Causes in force beside the readings: their amplitudes through the solver, the numbers of the file that the readings draw with them, and how
 //! well rows are predicted that took no part.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use nalgebra::{Cholesky, DMatrix, DVector};
@@ -44,9 +45,9 @@ pub struct InForce<'b> {
 struct OpenNumber {
     /// Which, with its standard deviation as its scale.
     hypothesis: Hypothesis,
-    /// Place among the columns that rows share.
-    place: usize,
-    /// Change of the readings with one standard deviation, K.
+    /// Places among the columns that rows share: one, or one for each test where each may be off by another amount.
+    places: Vec<usize>,
+    /// Change of the readings with one standard deviation in all of them, K.
     column: Vec<f64>,
 }
 
@@ -55,6 +56,16 @@ struct Said {
     /// Amplitudes of the causes, then coefficients of the shared columns in standard deviations.
     found: DVector<f64>,
     covariance: DMatrix<f64>,
+}
+
+impl Said {
+    /// A number behind so many causes, in its standard deviations, with what is left of one: the mean of its places.
+    fn of(&self, number: &OpenNumber, causes: usize) -> (f64, f64) {
+        let count = number.places.len() as f64;
+        let places = || number.places.iter().map(|place| causes + place);
+        let variance: f64 = places().flat_map(|i| places().map(move |j| self.covariance[(i, j)])).sum();
+        (places().map(|k| self.found[k]).sum::<f64>() / count, variance.max(0.0).sqrt() / count)
+    }
 }
 
 impl<'b> InForce<'b> {
@@ -125,9 +136,14 @@ impl<'b> InForce<'b> {
 
     /// What the readings of some rows say of the amplitudes and of all that rows share.
     fn said(&self, is_kept: impl Fn(usize) -> bool) -> Option<Said> {
+        self.said_about(&self.values, is_kept)
+    }
+
+    /// The same where the machine predicts these values (K), about which its slopes still hold.
+    fn said_about(&self, values: &[f64], is_kept: impl Fn(usize) -> bool) -> Option<Said> {
         let kept: Vec<usize> =
             self.rows.ranges.iter().enumerate().filter(|(row, _)| is_kept(*row)).flat_map(|(_, range)| range.clone()).collect();
-        let mut left = self.beside.base.left(&self.values);
+        let mut left = self.beside.base.left(values);
         for (cause, slope) in self.causes.iter().zip(&self.slopes) {
             left.iter_mut().zip(slope).for_each(|(l, s)| *l += cause.amplitude * s);
         }
@@ -186,12 +202,17 @@ impl<'b> InForce<'b> {
     /// The machine cannot be solved with them.
     pub fn predicted(&self, numbers: &[Cause]) -> Result<Vec<f64>> {
         let mesh = &self.beside.base.mesh;
-        let with_mesh = |values: &[f64]| values.iter().zip(mesh).map(|(v, m)| v + m).collect();
+        let with_mesh = |values: &[f64]| values.iter().zip(mesh).map(|(v, m)| v + m).collect::<Vec<f64>>();
+        Ok(with_mesh(&self.predicted_here(numbers)?))
+    }
+
+    /// The same on the machine's own mesh, K.
+    fn predicted_here(&self, numbers: &[Cause]) -> Result<Vec<f64>> {
         if numbers.is_empty() {
-            return Ok(with_mesh(&self.values));
+            return Ok(self.values.clone());
         }
         let members: Vec<(&Hypothesis, f64)> = numbers.iter().map(|c| (&c.hypothesis, c.amplitude)).chain(self.members()).collect();
-        Ok(with_mesh(&self.exchanged(self.beside.predictor().predict(&members)?)))
+        Ok(self.exchanged(self.beside.predictor().predict(&members)?))
     }
 
     /// Predictions with each cause by itself in force, K; none where the machine cannot be solved so.
@@ -208,7 +229,7 @@ impl<'b> InForce<'b> {
     pub fn correlations(&self, numbers: &[Cause]) -> Vec<Vec<f64>> {
         let Some(said) = self.said(|_| true) else { return Vec::new() };
         let own = self.causes.len();
-        let place = |c: &Cause| self.numbers.iter().find(|n| n.hypothesis.is_same(&c.hypothesis)).map(|n| own + n.place);
+        let place = |c: &Cause| self.numbers.iter().find(|n| n.hypothesis.is_same(&c.hypothesis)).map(|n| own + n.places[0]);
         let all: Vec<usize> = (0..own).chain(numbers.iter().filter_map(place)).collect();
         let of = |i: usize, j: usize| {
             let both = (said.covariance[(i, i)] * said.covariance[(j, j)]).max(0.0).sqrt();
@@ -217,15 +238,36 @@ impl<'b> InForce<'b> {
         all.iter().map(|i| all.iter().map(|j| of(*i, *j)).collect()).collect()
     }
 
-    /// Numbers of the file as the readings draw them beside the causes, each with its standard deviation.
+    /// Numbers of the file as the readings draw them beside the causes, each with its standard deviation. They bend: what the machine with them
+    /// in force leaves draws them on.
     pub fn drawn(&self) -> Vec<Cause> {
-        let Some(said) = self.said(|_| true) else { return Vec::new() };
+        let Some(mut drawn) = self.drawn_about(&self.values) else { return Vec::new() };
+        for _ in 0..MOST_STEPS {
+            let Ok(mut values) = self.predicted_here(&drawn) else { break };
+            for cause in &drawn {
+                let Some(own) = self.numbers.iter().find(|n| n.hypothesis.is_same(&cause.hypothesis)) else { continue };
+                let share = cause.amplitude / own.hypothesis.scale;
+                values.iter_mut().zip(&own.column).for_each(|(v, c)| *v -= share * c);
+            }
+            let Some(next) = self.drawn_about(&values) else { break };
+            let is_at_rest = next.len() == drawn.len()
+                && next.iter().zip(&drawn).all(|(a, b)| (a.amplitude - b.amplitude).abs() < RESTS * a.deviation.max(f64::MIN_POSITIVE));
+            drawn = next;
+            if is_at_rest {
+                break;
+            }
+        }
+        drawn
+    }
+
+    fn drawn_about(&self, values: &[f64]) -> Option<Vec<Cause>> {
+        let said = self.said_about(values, |_| true)?;
         let of = |number: &OpenNumber| {
-            let k = self.causes.len() + number.place;
+            let (found, deviation) = said.of(number, self.causes.len());
             let scale = number.hypothesis.scale;
-            Cause::new(number.hypothesis.clone(), said.found[k] * scale, said.covariance[(k, k)].max(0.0).sqrt() * scale)
+            Cause::new(number.hypothesis.clone(), found * scale, deviation * scale)
         };
-        self.numbers.iter().map(of).filter(|c| c.amplitude.abs() > STILL * c.hypothesis.scale).collect()
+        Some(self.numbers.iter().map(of).filter(|c| c.amplitude.abs() > STILL * c.hypothesis.scale).collect())
     }
 
     /// The gain on rows that took no part in fitting amplitudes, with the numbers of the file as these rows draw them or as the file has them,
@@ -253,7 +295,7 @@ impl<'b> InForce<'b> {
         for (k, (cause, slope)) in self.causes.iter().zip(&self.slopes).enumerate() {
             add(slope, said.found[k] - cause.amplitude);
         }
-        numbers.iter().for_each(|number| add(&number.column, said.found[self.causes.len() + number.place]));
+        numbers.iter().for_each(|number| add(&number.column, said.of(number, self.causes.len()).0));
         change
     }
 }
@@ -273,12 +315,15 @@ impl Explanation {
 fn open_numbers(beside: &Beside<'_>, causes: &[Cause], (errors, rows, deviations): (&Errors, &Rows, &DVector<f64>)) -> Vec<OpenNumber> {
     let (base, problem) = (&beside.base, beside.problem);
     let column_at = |at: usize| -> &Vec<f64> { errors.stated.get(at).unwrap_or_else(|| &errors.numbers[at - errors.stated.len()]) };
-    let open = |at: usize, deviation: f64, hypothesis: Hypothesis| -> Option<OpenNumber> {
-        let place = rows.of.iter().position(|own| *own == at).filter(|place| deviations[*place] > 0.0)?;
+    let open_at = |at: Range<usize>, deviation: f64, hypothesis: Hypothesis| -> Option<OpenNumber> {
+        let place = |at: usize| rows.of.iter().position(|own| *own == at).filter(|place| deviations[*place] > 0.0);
+        let places = at.clone().map(place).collect::<Option<Vec<usize>>>()?;
         let is_cause = causes.iter().any(|c| c.hypothesis.is_same(&hypothesis));
-        let column = column_at(at).iter().map(|c| deviation * c).collect();
-        (!is_cause).then_some(OpenNumber { hypothesis, place, column })
+        let count = column_at(at.start).len();
+        let column = (0..count).map(|i| at.clone().map(|at| deviation * column_at(at)[i]).sum()).collect();
+        (!is_cause).then_some(OpenNumber { hypothesis, places, column })
     };
+    let open = |at: usize, deviation: f64, hypothesis: Hypothesis| open_at(at..at + 1, deviation, hypothesis);
     let stated = errors.stated.len();
     let spread = |k: usize| rows.of.iter().position(|own| *own == stated + k).map_or(0.0, |place| deviations[place]);
     let of_file = base.numbers.iter().enumerate().filter_map(|(k, (h, unit))| {
@@ -288,10 +333,10 @@ fn open_numbers(beside: &Beside<'_>, causes: &[Cause], (errors, rows, deviations
     let first = errors.uncertain.start;
     let called = problem.uncertain.iter().enumerate().filter_map(|(k, u)| open(first + k, 1.0, Number::of(u)));
     let measured = Stated::of(problem, &problem.study).measured(problem, &beside.catalogue);
-    // In tables each row has an error of its own.
-    let is_one_each = errors.uncertain.len() == problem.uncertain.len() + measured.len();
+    // Each test has an error of its own; in tables each row, which is no number.
     let first = first + problem.uncertain.len();
-    let heats = measured.into_iter().enumerate().filter(|_| is_one_each).filter_map(|(k, h)| open(first + k, 1.0, h));
+    let each = (errors.uncertain.end - first).checked_div(measured.len()).unwrap_or(0);
+    let heats = measured.into_iter().enumerate().filter_map(|(k, h)| open_at(first + k * each..first + (k + 1) * each, 1.0, h));
     // About another machine their columns are others, at the same places.
     let shared = base.errors.shared();
     let common = factors(beside).filter_map(|(factor, h)| {
