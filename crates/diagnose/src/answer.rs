@@ -94,14 +94,21 @@ fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnosis> {
     let beside = beside.knowing(places.scales.clone());
     let weighed = Weighed::new(&beside, &places.sets);
     let mut explanations = weighed.explanations();
-    let best = explanations.first();
     progress.say("the machine with the best explanation in force");
-    let in_force = best.and_then(|best| {
-        weighed.in_force(&best.causes, &places.sets[best.of]).unwrap_or_else(|e| {
+    let mut in_force = None;
+    for _ in 0..SOLVED {
+        let Some(best) = explanations.first() else { break };
+        in_force = weighed.in_force(&best.causes, &places.sets[best.of]).unwrap_or_else(|e| {
             progress.say(&format!("the machine with the best explanation could not be solved: {e}"));
             None
-        })
-    });
+        });
+        if !in_force.as_ref().is_some_and(InForce::has_nothing) {
+            break;
+        }
+        // A cause of which the solver leaves nothing is none: what the search made of it was a slope.
+        let refuted = explanations.remove(0).probability;
+        explanations.iter_mut().for_each(|e| e.probability /= (1.0 - refuted).max(f64::MIN_POSITIVE));
+    }
     if let Some(found) = &in_force
         && let Some(share) = overstated::share(problem, &beside.base, &beside.base.left(&found.values), found.causes.len())
     {

@@ -179,6 +179,11 @@ impl<'b> InForce<'b> {
         most
     }
 
+    /// Whether a cause that cannot be less than nothing comes to nothing.
+    pub fn has_nothing(&self) -> bool {
+        self.causes.iter().any(|c| !c.hypothesis.is_signed && !c.hypothesis.is_fixed() && c.amplitude <= STILL * c.deviation)
+    }
+
     /// Readings that are set aside, which count for nothing.
     pub fn aside(&self) -> &'b [usize] {
         self.aside
@@ -343,7 +348,11 @@ fn open_numbers(beside: &Beside<'_>, causes: &[Cause], (errors, rows, deviations
         let at = shared.iter().position(|c| *c == base.factors[factor])?;
         open(at, 1.0, h)
     });
-    of_file.chain(called).chain(heats).chain(common).collect()
+    let mut all: Vec<OpenNumber> = of_file.chain(called).chain(heats).collect();
+    // What one member alone has in common is that member's own number.
+    let common: Vec<OpenNumber> = common.filter(|new| all.iter().all(|own| !own.hypothesis.is_same(&new.hypothesis))).collect();
+    all.extend(common);
+    all
 }
 
 /// Common factors by their places in [`CommonFactor::ALL`], as hypotheses whose scale is their standard deviation.

@@ -103,7 +103,7 @@ fn a_contact_of_a_log_is_found_with_its_course() {
     let folder = scratch("amplitudes-log");
     let heated = format!("{MACHINE}[source.nut]\nin = \"nut\"\npower = \"30 W\"\n");
     let (machine, table) = (write(&folder, "masses.toml", heated), write(&folder, "log.csv", log()));
-    let arguments = ["diagnose", &machine, &table, "--amplitudes", "--from", "parts", "--quiet"];
+    let arguments = ["diagnose", &machine, &table, "--joined", "motor_speed", "--amplitudes", "--from", "parts", "--quiet"];
     let found = json(&coldplate(&[&arguments[..], &["--json"]].concat()));
     let first = &found["amplitudes"]["sets"][0]["causes"];
     assert_eq!(first.as_array().map(Vec::len), Some(1), "{first}");

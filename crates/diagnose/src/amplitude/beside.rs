@@ -196,18 +196,19 @@ struct Found<'a> {
 
 impl Found<'_> {
     /// Sets of a log, most probable first, each with the course of its amplitudes. Errors of a log wander in ways that no model of them has, and
-    /// thousands of readings count each of these as evidence for one place more. So no set is larger than the smallest one by which what is kept
-    /// out is as probable as by the best, but for one standard error of that (Hastie, Tibshirani and Friedman, The Elements of Statistical
-    /// Learning, Springer 2009, section 7.10).
+    /// thousands of readings count each of these as evidence for one place more. So a further place must make stretches of time that are kept
+    /// out more probable by more than the standard error of that.
     fn in_time(&self, all: Vec<Fit>) -> (Vec<PlaceSet>, Scales) {
-        let (mut best, _) = best_of_each_size(all);
-        let ground = seen(self.search, self.nothing).1;
-        let gain = |fit: &Fit| sum_and_error(&difference(&seen(self.search, fit).1, &ground));
-        let gains: Vec<(usize, (f64, f64))> = best.par_iter().map(|fit| (fit.members.len(), gain(fit))).collect();
-        let most = gains.iter().map(|(_, gain)| *gain).max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or_default();
-        let is_near = |(count, (sum, _)): &&(usize, (f64, f64))| *count > 0 && *sum >= most.0 - most.1;
-        let enough = gains.iter().filter(is_near).map(|(count, _)| *count).min().unwrap_or(0).max(1);
-        best.retain(|fit| fit.members.len() <= enough);
+        let (best, _) = best_of_each_size(all);
+        let densities: Vec<Vec<f64>> = best.par_iter().map(|fit| seen(self.search, fit).1).collect();
+        let is_less =
+            |less: &Fit, fit: &Fit| less.members.len() + 1 == fit.members.len() && less.members.iter().all(|m| fit.members.contains(m));
+        let shows = |k: &usize| {
+            let less = (0..best.len()).find(|other| is_less(&best[*other], &best[*k]));
+            let gain = less.map(|less| sum_and_error(&difference(&densities[*k], &densities[less])));
+            best[*k].members.len() < 2 || gain.is_some_and(|(sum, error)| sum > error)
+        };
+        let best: Vec<Fit> = (0..best.len()).filter(shows).map(|k| best[k].clone()).collect();
         let whole = whole(best.iter());
         let weighed = |fit: Fit| {
             let probability = (fit.log_posterior() - whole).exp();
@@ -225,7 +226,7 @@ impl Found<'_> {
             let way = Way { probability: 1.0, is_writable: self.is_writable(&causes, &named), causes };
             PlaceSet { ways: vec![way], probability, ..set }
         };
-        (found.into_iter().take(MOST_SETS).map(told).collect(), named)
+        (most_probable(found, |(fit, _)| fit).map(told).collect(), named)
     }
 
     fn is_writable(&self, causes: &[Cause], scales: &Scales) -> bool {
@@ -258,7 +259,7 @@ impl Found<'_> {
             let ways = found.into_iter().map(|way| told(way, (&set.members, &sizes), &mut named, problem)).collect();
             PlaceSet { ways, ..set }
         };
-        (found.into_iter().take(MOST_SETS).map(of).collect(), named)
+        (most_probable(found, |(fit, _)| fit).map(of).collect(), named)
     }
 
     /// A set beside the logarithm of the sum of all posteriors, without its laws.
@@ -292,6 +293,12 @@ impl Found<'_> {
             errors: fit.errors.clone().unwrap_or_else(|| Arc::new(self.search.errors.clone())),
         }
     }
+}
+
+/// Sets that are reported, of some that are in order: the first ones, and the machine as it is.
+fn most_probable<T>(all: Vec<T>, fit: impl Fn(&T) -> &Fit) -> impl Iterator<Item = T> {
+    let is_kept = move |(place, own): &(usize, T)| *place < MOST_SETS || fit(own).members.is_empty();
+    all.into_iter().enumerate().filter(is_kept).map(|(_, own)| own)
 }
 
 /// Logarithm of the sum of the posteriors of some fits.
