@@ -282,7 +282,7 @@ impl<'b> InForce<'b> {
         let said: Vec<Option<Said>> = folds.kept().map(|is_kept| self.said(is_kept)).collect();
         let with = |numbers: &[OpenNumber]| -> Gain {
             let changes = said.iter().map(|said| said.as_ref().map(|said| self.changed(said, numbers))).collect::<Vec<_>>();
-            folds.gain(self.beside.problem, &self.beside.base, &changes, &self.aside)
+            folds.gain(self.beside.problem, &self.beside.base, &changes, self.aside)
         };
         let plain = with(&[]);
         if self.numbers.is_empty() {

@@ -248,7 +248,7 @@ pub(super) fn balance(found: &Findings<'_>) -> Option<BalanceFigure> {
         sources,
         sinks,
         names: ["the machine as it is".into(), "with the best explanation".into()],
-        fixed: fixed(&found.problem, &balance.condition),
+        fixed: fixed(found.problem, &balance.condition),
         notes: vec!["Steady; the condition with most heat.".into()],
     })
 }

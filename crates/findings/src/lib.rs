@@ -227,7 +227,7 @@ impl Findings<'_> {
         })
     }
 
-    /// What else it could be: the other explanations of the set by kind and place, or the other laws; `None` where there is none.
+    /// Further possibilities: the other explanations of the set by kind and place, or the other laws; `None` where there is none.
     pub fn otherwise_in_words(&self) -> Option<String> {
         let first = self.diagnosis.explanations.first().filter(|_| self.diagnosis.verdict.names_causes())?;
         let mut others: Vec<(String, f64)> = Vec::new();

@@ -93,7 +93,7 @@ pub struct PlaceLawRecord {
     pub law: String,
     /// Amplitude where the law is one.
     pub amplitude: EstimateRecord,
-    /// Its formula in a machine file; none where it has none, or the law is not one of the condition.
+    /// Formula of the law in a machine file; none where it has none, or the law is not one of the condition.
     pub formula: Option<String>,
 }
 

@@ -153,7 +153,7 @@ pub struct RungCauseRecord {
     pub text: String,
 }
 
-/// What the model leaves open.
+/// Looseness of the model beside the causes.
 #[derive(Debug, Clone, Serialize)]
 #[allow(missing_docs, non_snake_case)]
 pub struct DiscrepancyRecord {
@@ -270,8 +270,8 @@ impl Findings<'_> {
             rungs: diagnosis.rungs.iter().map(|rung| RungRecord::of(self, rung)).collect(),
             set: self.open().into_iter().map(|e| causes(self, e)).collect(),
             next_measurement: diagnosis.next.split_first().map(|(best, others)| NextRecord {
-                others: Some(others.iter().map(|n| NextRecord::of(&self.problem, n)).collect()),
-                ..NextRecord::of(&self.problem, best)
+                others: Some(others.iter().map(|n| NextRecord::of(self.problem, n)).collect()),
+                ..NextRecord::of(self.problem, best)
             }),
             gain: diagnosis.gain.as_ref().map(|gain| GainRecord::of(self, gain)),
             extended_machine: self.extended.as_ref().map(|e| e.path.display().to_string()),
@@ -289,7 +289,7 @@ impl Findings<'_> {
                     misfit_explained: m.explained,
                 })
                 .collect(),
-            heat_balance: self.energy.balances.iter().map(|b| HeatBalanceRecord::of(&self.problem, b)).collect(),
+            heat_balance: self.energy.balances.iter().map(|b| HeatBalanceRecord::of(self.problem, b)).collect(),
             readings: readings(self),
             faults: self.problem.faults.iter().map(Fault::record).collect(),
             account: self.problem.data.account(),

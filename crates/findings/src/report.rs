@@ -353,7 +353,7 @@ fn next(section: &mut ReportSection, found: &Findings<'_>) {
     let costs = &found.problem.costs;
     section.list(next.iter().map(|n| {
         let worth = next::worth_in_words(n, costs);
-        format!("{}: {:.1} standard deviations apart; {worth}", capital(&next::in_words(&found.problem, n)), n.mean)
+        format!("{}: {:.1} standard deviations apart; {worth}", capital(&next::in_words(found.problem, n)), n.mean)
     }));
 }
 

@@ -1,7 +1,6 @@
 //! The machine as it is beside the data: every place and kind fitted, sets grown, laws told.
 
 use std::collections::HashMap;
-use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
@@ -14,7 +13,7 @@ use super::laws::{Laws, Rule};
 use super::logs::{Log, rows_that_count};
 use super::profiles::Profiles;
 use super::response::{Answer, Response};
-use super::rows::Errors;
+use super::rows::{Errors, uncertain};
 use super::search::{About, Candidate, Fit, Search};
 use super::sets;
 use super::settings::AmplitudeSettings;
@@ -28,7 +27,6 @@ use crate::view::Comparison;
 use crate::{Cause, Problem};
 use coldplate_base::error::Result;
 use coldplate_base::progress::Progress;
-use coldplate_evidence::discrepancy::ErrorParts;
 use coldplate_evidence::measurement::{MeasurementUncertainty, ReadingRow, TIME, whiten};
 use coldplate_network::Load;
 
@@ -406,12 +404,6 @@ fn candidate(predictor: &Predictor<'_>, (h, column): (&Hypothesis, &Vec<f64>), s
     let may_wander = may_follow && !matches!(h.effect, Effect::Heat(_) | Effect::User(_));
     let (is_signed, may_run) = (h.is_signed && !h.is_fixed(), h.law == h.effect.usual_law());
     Candidate { answer, is_signed, range, rate: 1.0, may_wander, may_follow, may_run }
-}
-
-/// Places of uncertain numbers among the errors that readings share.
-pub fn uncertain(errors: &ErrorParts) -> Range<usize> {
-    let all = errors.shared().len();
-    all - errors.uncertain().len()..all
 }
 
 /// The covariance of a table's readings without any cause.

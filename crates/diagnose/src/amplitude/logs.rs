@@ -9,11 +9,10 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::beside::uncertain;
 use super::force::{self, Forced, STEP};
 use super::profiles::Profiles;
 use super::response::Slope;
-use super::rows::{Errors, LogNoise};
+use super::rows::{Errors, LogNoise, uncertain};
 use super::search::{Fit, Reference};
 use super::settings::AmplitudeSettings;
 use super::sizing::Sizing;

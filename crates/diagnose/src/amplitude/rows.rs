@@ -121,6 +121,12 @@ pub struct Rows {
     eliminated: Mutex<Vec<Arc<Eliminated>>>,
 }
 
+/// Places of uncertain numbers among the errors that readings share.
+pub fn uncertain(errors: &ErrorParts) -> Range<usize> {
+    let all = errors.shared().len();
+    all - errors.uncertain().len()..all
+}
+
 /// Rows of rising row numbers as ranges.
 fn ranges(row_of: &[usize]) -> Vec<Range<usize>> {
     let mut all: Vec<Range<usize>> = Vec::new();

@@ -125,7 +125,7 @@ impl Family for Variable {
             match keys[..] {
                 [] => false,
                 [one] => one != CHAMBER && !is_inlet(&one),
-                _ => !(keys.iter().all(|key| is_inlet(key)) && keys.len() == all_inlets.len()),
+                _ => !(keys.iter().all(is_inlet) && keys.len() == all_inlets.len()),
             }
         };
         let temperatures = site.machine.variables.iter().enumerate().filter(|(_, own)| own.dimension.is_absolute());
