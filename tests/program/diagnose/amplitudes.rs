@@ -76,7 +76,7 @@ fn a_heat_by_no_known_law_is_found_with_its_curve() {
 fn log() -> String {
     let mut text = "time [s],motor_speed [rpm],ambient_temperature [degC],motor [degC],nut [degC],frame [degC]\n".to_string();
     let (mut motor, mut nut, mut frame) = (20.0f64, 20.0f64, 20.0f64);
-    let rpm = |time: f64| if (time / 1500.0) as usize % 2 == 0 { 2500.0 } else { 800.0 };
+    let rpm = |time: f64| if ((time / 1500.0) as usize).is_multiple_of(2) { 2500.0 } else { 800.0 };
     for second in 0..=6000 {
         let time = f64::from(second);
         if second % 60 == 0 {

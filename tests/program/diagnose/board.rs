@@ -109,11 +109,12 @@ fn a_coupling_and_a_lag() {
     println!("{}; unseen {before:.2} -> {after:.2} K", found["headline"]);
     let rungs = found["rungs"].as_array().unwrap();
     let kinds: Vec<&str> = rungs.iter().flat_map(|r| r["causes"].as_array().unwrap()).filter_map(|c| c["kind"].as_str()).collect();
-    assert_eq!(kinds, ["sensor lag", "conductive link"]);
-    assert!(rungs[1]["share"].as_f64().unwrap() > 0.9, "{}", rungs[1]["share"]);
+    // What the machine leaves out beside them shows too: they come first.
+    assert!(kinds.starts_with(&["sensor lag", "conductive link"]), "{kinds:?}");
+    assert!(rungs[0]["share"].as_f64().unwrap() > 0.9, "{}", rungs[0]["share"]);
     assert!(rungs.iter().all(|r| r["gain"]["rmse_after_K"].as_f64().unwrap() < r["gain"]["rmse_before_K"].as_f64().unwrap()));
     assert!(after < 1.15 * REFERENCE[2].1, "{after} K");
-    let share = format!("{:.0} % explained", 100.0 * rungs[1]["share"].as_f64().unwrap());
+    let share = format!("{:.0} % explained", 100.0 * rungs[0]["share"].as_f64().unwrap());
     assert!(std::fs::read_to_string(picture).unwrap().contains(&share), "{share}");
 }
 

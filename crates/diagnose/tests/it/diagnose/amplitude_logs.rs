@@ -76,7 +76,7 @@ fn log(seed: u64, truth: &Truth<'_>) -> Problem {
     let condition = |of: &Study, test: usize, time: f64| {
         let speeds = [[3000.0, 900.0, 2200.0], [1500.0, 2800.0, 400.0]];
         let rpm = speeds[test][((time / 1400.0) as usize).min(2)];
-        let feed = if (time / 700.0) as usize % 2 == 0 { 0.4 } else { 0.1 };
+        let feed = if ((time / 700.0) as usize).is_multiple_of(2) { 0.4 } else { 0.1 };
         let si = |name: &str, default: Option<f64>| match name {
             "motor_speed" => rpm * RPM,
             "feed" => feed,
@@ -189,7 +189,7 @@ fn a_heat_by_a_threshold() {
     assert!(set.probability > 0.2, "{}", set.probability);
     let own = only(set, "heat source", "housing");
     assert_eq!(own.over.as_deref(), Some("feed"));
-    let on = |time: f64| if (time / 700.0) as usize % 2 == 0 { 60.0 } else { 0.0 };
+    let on = |time: f64| if ((time / 700.0) as usize).is_multiple_of(2) { 60.0 } else { 0.0 };
     assert!(times().zip(&own.amplitudes).all(|(time, a)| (a - on(time)).abs() < 8.0), "{:?}", own.amplitudes);
 }
 
