@@ -18,6 +18,9 @@ use coldplate_solve::study::StateTables;
 
 /// Readings of the end result may be off by so much on the reduced model, K: noise and what meshes leave open are tens of this.
 const ACCURACY: f64 = 1e-3;
+/// Keys of a machine file with their values.
+type Lines = Vec<(String, String)>;
+
 /// Explanations that are kept.
 const MOST_EXPLANATIONS: usize = 40;
 /// Explanations whose misfit is found through the solver.
@@ -47,12 +50,23 @@ pub struct Rung {
     pub where_left: Option<WhereLeft>,
     /// What it gains on data that took no part.
     pub gain: Option<Gain>,
-    /// Lines of the machine file; `None` where it has no words for a cause.
-    pub sets: Option<Vec<(String, String)>>,
+    /// Lines of the machine file; `None` where it has no words for any cause, or predicts no better with those that it has words for.
+    pub sets: Option<Lines>,
+    /// What these lines leave out, where a machine file has no words for a cause.
+    pub left_out: Option<LeftOut>,
     /// Predictions with it in force, K.
     pub predicted: Vec<f64>,
     /// Difference of the predictions on the reduced model from those of full solves, K; none of logs and of full solves.
     off_in_full: Option<f64>,
+}
+
+/// Causes that a machine file has no words for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LeftOut {
+    /// Their kinds and places.
+    pub causes: Vec<String>,
+    /// Root mean square residual without them, K.
+    pub rms: f64,
 }
 
 /// The sensor that most of what is left belongs to.
@@ -98,10 +112,7 @@ fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnosis> {
     let mut in_force = None;
     for _ in 0..SOLVED {
         let Some(best) = explanations.first() else { break };
-        in_force = weighed.in_force(&best.causes, &places.sets[best.of]).unwrap_or_else(|e| {
-            progress.say(&format!("the machine with the best explanation could not be solved: {e}"));
-            None
-        });
+        in_force = weighed.in_force(&best.causes, &places.sets[best.of], progress);
         if !in_force.as_ref().is_some_and(InForce::has_nothing) {
             break;
         }
@@ -114,11 +125,18 @@ fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnosis> {
     {
         return once(&problem.with_noise(share, progress), progress);
     }
-    let fitted = in_force.as_ref().map(|found| found.causes.clone());
-    let rung = in_force.map(|found| weighed.rung(found)).transpose()?;
-    if let (Some(best), Some(fitted)) = (explanations.first_mut(), fitted) {
-        best.causes.iter_mut().zip(fitted).for_each(|(own, fitted)| *own = fitted);
+    if let (Some(best), Some(found)) = (explanations.first_mut(), &in_force) {
+        for own in &mut best.causes {
+            if let Some(fitted) = found.causes.iter().find(|fitted| fitted.hypothesis == own.hypothesis) {
+                *own = fitted.clone();
+            }
+        }
     }
+    let all = explanations.first().map_or(&[][..], |best| &best.causes);
+    let rung = in_force.map(|found| weighed.rung(found, all)).transpose()?;
+    // Where one of the causes cannot be solved, the rest may show nothing by itself.
+    let shows = |rung: &Rung| rung.share > 0.0 && !rung.gain.as_ref().is_some_and(Gain::is_none);
+    let rung = rung.filter(|rung| rung.causes.len() == all.len() || shows(rung));
     let mut answer = weighed.answer(&explanations, rung.as_ref());
     let is_log = problem.data.is_transient();
     let gain = |rung: &Option<Rung>| rung.as_ref().and_then(|rung| rung.gain.clone());
@@ -244,14 +262,24 @@ impl<'b> Weighed<'b> {
         all
     }
 
-    fn in_force(&self, causes: &[Cause], set: &'b PlaceSet) -> Result<Option<InForce<'b>>> {
-        InForce::fitted(self.beside, causes, &set.errors, set.looseness)
+    /// Causes of an explanation in force, as many of them as can be solved: a law that no file can say may have no machine.
+    fn in_force(&self, causes: &[Cause], set: &'b PlaceSet, progress: &dyn Progress) -> Option<InForce<'b>> {
+        let fitted = |causes: &[Cause]| InForce::fitted(self.beside, causes, &set.errors, set.looseness);
+        let error = match fitted(causes) {
+            Ok(found) => return found,
+            Err(error) => error,
+        };
+        progress.say(&format!("the machine with the best explanation could not be solved: {error}"));
+        let predictor = self.beside.predictor();
+        let is_solved = |cause: &&Cause| predictor.predict(&[(&cause.hypothesis, cause.amplitude)]).is_ok();
+        let solved: Vec<Cause> = causes.iter().filter(is_solved).cloned().collect();
+        if solved.is_empty() || solved.len() == causes.len() { None } else { fitted(&solved).ok().flatten() }
     }
 }
 
 impl Weighed<'_> {
-    /// The machine with causes in force.
-    fn rung(&self, found: InForce<'_>) -> Result<Rung> {
+    /// The machine with causes in force, of all that an explanation has.
+    fn rung(&self, found: InForce<'_>, all: &[Cause]) -> Result<Rung> {
         let problem = self.beside.problem;
         let gain = found.gain();
         let aside = found.aside();
@@ -264,8 +292,8 @@ impl Weighed<'_> {
         let predicted = with.unwrap_or(plain);
         // Numbers of the file first: a cause may take their place.
         let members: Vec<(&Hypothesis, f64)> = refitted.iter().chain(&found.causes).map(|c| (&c.hypothesis, c.amplitude)).collect();
-        let predictor = self.beside.predictor();
-        let sets = predictor.written(&members)?;
+        let unsolved = all.iter().filter(|own| found.causes.iter().all(|c| c.hypothesis != own.hypothesis));
+        let (sets, left_out) = self.written(&members, unsolved.map(|c| c.hypothesis.kind_and_place()).collect(), aside)?;
         let before = square(&self.predicted(), problem, aside).max(f64::MIN_POSITIVE);
         let share = |values: &[f64]| 1.0 - square(values, problem, aside) / before;
         let alone = match found.causes.len() {
@@ -289,8 +317,32 @@ impl Weighed<'_> {
             causes: found.causes,
             refitted,
             sets,
+            left_out,
             predicted,
         })
+    }
+
+    /// Lines of a machine file for those of some members that it has words for, and all that they leave out beside causes of these names.
+    fn written(&self, members: &[(&Hypothesis, f64)], mut causes: Vec<String>, aside: &[usize]) -> Result<(Option<Lines>, Option<LeftOut>)> {
+        let predictor = self.beside.predictor();
+        let mut said = Vec::new();
+        for member in members {
+            match predictor.written(&[*member])? {
+                Some(_) => said.push(*member),
+                None => causes.push(member.0.kind_and_place()),
+            }
+        }
+        let sets = predictor.written(&said)?;
+        if causes.is_empty() || said.is_empty() {
+            return Ok((sets.filter(|_| !said.is_empty()), None));
+        }
+        let (problem, before) = (self.beside.problem, self.predicted());
+        let values: Vec<f64> = predictor.predict(&said)?.iter().zip(&self.beside.base.mesh).map(|(v, m)| v + m).collect();
+        if square(&values, problem, aside) >= square(&before, problem, aside) {
+            return Ok((None, None));
+        }
+        let (rms, _) = left_by(problem, &values, aside);
+        Ok((sets, Some(LeftOut { causes, rms })))
     }
 
     /// Predictions of the machine as it is on an endlessly fine mesh, K.
@@ -302,8 +354,8 @@ impl Weighed<'_> {
     /// The machine as the readings draw its numbers, with no cause, where that predicts rows kept out better for certain.
     fn calibrated(&self) -> Result<Option<Rung>> {
         let Some(empty) = self.empty() else { return Ok(None) };
-        let Some(found) = self.in_force(&[], empty)? else { return Ok(None) };
-        let rung = Some(self.rung(found)?);
+        let Some(found) = InForce::fitted(self.beside, &[], &empty.errors, empty.looseness)? else { return Ok(None) };
+        let rung = Some(self.rung(found, &[])?);
         Ok(rung.filter(|rung| !rung.refitted.is_empty() && rung.gain.as_ref().is_some_and(|gain| gain.low > 0.0)))
     }
 

@@ -47,7 +47,7 @@ use coldplate_solve::sensitivity::UncertainNumber;
 use coldplate_solve::study::{MachineParameter, Study};
 
 pub use amplitude::{AmplitudeSettings, Aside, Looseness, PlaceAndKind, PlaceSet, Places, Way, places};
-pub use answer::{Rung, WhereLeft, diagnose};
+pub use answer::{LeftOut, Rung, WhereLeft, diagnose};
 pub use decide::{Certainty, Level, Verdict};
 pub use effects::{
     Axis, CommonFactor, Course, Effect, FoundLaw, Hypothesis, Law, LawForm, LawNumber, Scales, Sequence, Shown, UserKind, hypotheses,

@@ -35,8 +35,8 @@ pub struct KeyChange {
 }
 
 impl ExtendedMachine {
-    /// The extended machine file; `None` if nothing is to be extended: no cause, or one that the machine file has no words for, and no
-    /// numbers that predict better.
+    /// The extended machine file; `None` if nothing is to be extended: no cause that the machine file has words for, and no numbers
+    /// that predict better.
     ///
     /// # Errors
     /// The file cannot be read again, or the result is no machine.
@@ -73,10 +73,12 @@ impl ExtendedMachine {
                 remarks.push(format!("verdict {}: {}{}", found.verdict.code(), ladder::NUMBERS, error.unwrap_or_default()));
             }
         }
+        remarks.extend(found.rungs.iter().filter_map(ladder::left_out));
         let document = problem.document(sets)?;
         // The model error is now the error on data kept out, if there were any.
         let left = found.rungs.last().map_or(0.0, |rung| rung.rms);
-        let deviation = found.gain.as_ref().map_or(left, |gain| gain.after).max(problem.discrepancy.model);
+        let left_out = found.rungs.iter().filter_map(|rung| rung.left_out.as_ref()).fold(0.0, |most: f64, own| most.max(own.rms));
+        let deviation = found.gain.as_ref().map_or(left, |gain| gain.after).max(left_out).max(problem.discrepancy.model);
         let has = |v: &DescribedVariable| problem.states(&v.name) || matches!(document.leaf(&format!("variables.{}", v.name)), Ok(Some(_)));
         let error = model_error_line(&problem.study.model.machine, &problem.data, deviation, has)?;
         let lines: Vec<(String, String)> = sets.iter().cloned().chain([error]).collect();

@@ -45,3 +45,9 @@ pub fn left(rung: &Rung) -> String {
     };
     format!("left: {:.3} K{place}; {learnt}", rung.rms)
 }
+
+/// Causes of a rung that the extended machine leaves out, in words.
+pub fn left_out(rung: &Rung) -> Option<String> {
+    let own = rung.left_out.as_ref()?;
+    Some(format!("not in the extended machine, for a machine file has no words: {}; it leaves {:.3} K", own.causes.join(", "), own.rms))
+}

@@ -137,6 +137,9 @@ pub struct RungRecord {
     pub where_left_share: Option<f64>,
     pub discrepancy: DiscrepancyRecord,
     pub gain: Option<GainRecord>,
+    /// Causes that the extended machine leaves out, for a machine file has no words for them.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub not_in_extended_machine: Vec<String>,
     pub text: String,
 }
 
@@ -333,6 +336,7 @@ impl RungRecord {
             where_left_share: rung.where_left.as_ref().map(|left| left.share),
             discrepancy: DiscrepancyRecord { numbers: spread, disturbance, wandering_K: wandering },
             gain: rung.gain.as_ref().map(|gain| GainRecord::of(found, gain)),
+            not_in_extended_machine: rung.left_out.as_ref().map_or_else(Vec::new, |own| own.causes.clone()),
             text: format!("{}; {}", ladder::words(rung), ladder::left(rung)),
         }
     }

@@ -374,6 +374,9 @@ fn extended(section: &mut ReportSection, found: &Findings<'_>) {
             "The best explanation is one of several that fit: predictions away from the measured conditions may be wrong.",
         );
     }
+    for line in found.diagnosis.rungs.iter().filter_map(ladder::left_out) {
+        section.note(Tone::Uncertain, format!("{}.", capital(&line)));
+    }
     let mut table =
         table([("key", Align::Left), ("before", Align::Left), ("now", Align::Left), ("at the ends of the 90 % interval", Align::Left)]);
     for change in &extended.changes {

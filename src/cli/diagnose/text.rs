@@ -133,6 +133,9 @@ fn extended(found: &Findings<'_>) -> String {
                 let before = change.before.as_deref().map_or("new".to_string(), short);
                 text += &format!("  {}: {before} -> {}\n", change.key, short(&change.after));
             }
+            for line in found.diagnosis.rungs.iter().filter_map(ladder::left_out) {
+                text += &format!("  {line}\n");
+            }
             text += &format!("wrote {}\n", extended.path.display());
         }
         None => text += &format!("\nno extended machine: {}\n", found.why_not_extended()),

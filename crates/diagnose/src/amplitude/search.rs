@@ -35,6 +35,8 @@ pub struct Candidate {
     pub answer: Answer,
     /// Whether it can be less than nothing.
     pub is_signed: bool,
+    /// Whether it is or is not, as an exchange of sensors: an amplitude beyond one says only that something else is missing.
+    pub is_fixed: bool,
     /// Least and largest amplitude, in units of its scale.
     pub range: (f64, f64),
     /// How often it is to blame, relative to others.
@@ -313,7 +315,7 @@ impl<'a> Search<'a> {
             let low = if candidate.is_signed { low } else { low.max(0.0) };
             let course = if self.is_log() { self.all_profiles.course(own) } else { own.clone() };
             let excess: Vec<f64> = course.iter().map(|a| (low - a).max(a - high).max(0.0)).collect();
-            if excess.iter().all(|e| *e < STANDS) {
+            if candidate.is_fixed || excess.iter().all(|e| *e < STANDS) {
                 return 0.0;
             }
             let squares = excess.iter().zip(posterior.variances(k)).map(|(e, variance)| e * e / variance.max(f64::MIN_POSITIVE));
