@@ -76,7 +76,7 @@ impl Default for AmplitudeSettings {
             disturbances: vec![0.0, 0.01, 0.03, 0.1],
             disturbance_price: 20.0,
             wandering_heats: vec![0.0, 0.01, 0.03, 0.1, 0.3],
-            wanderings: vec![0.0, 0.015, 0.05, 0.15, 0.3],
+            wanderings: vec![0.0, 0.015, 0.05, 0.15, 0.5, 1.5],
             wandering_price: 10.0,
             wandering_memory: 0.05,
             freedoms: vec![0.0, 0.15, 0.5, 1.5],
