@@ -15,7 +15,7 @@ use coldplate_describe::machine::Condition;
 use coldplate_evidence::identify::{self, Runs, own_key};
 use coldplate_evidence::measurement::{Data, whiten};
 use coldplate_explore::simulate::Start;
-use coldplate_solve::sensitivity::{Derivatives, Disturbance, LinearisedHistory, Moment, ObservableSpace, Variation};
+use coldplate_solve::sensitivity::{Derivatives, Disturbance, LinearisedHistory, Moment, ObservableSpace, STEPS, Variation};
 use coldplate_solve::study::{MachineParameter, Study};
 
 /// Disturbances followed at a time.
@@ -163,7 +163,7 @@ impl Follower<'_> {
             let rows = RowsOfTest::new(self.data, test);
             let instants = instants(&self.linear.histories[t], &rows.turns(stride));
             let matrices: Vec<(f64, DMatrix<f64>)> = instants.iter().map(|i| (i.time, i.between(&self.linear.matrices[t]))).collect();
-            let course = LinearisedHistory::new(basis, &matrices, false);
+            let course = LinearisedHistory::new(basis, &matrices, |i| steps(&instants[i..=i + 1]), false);
             let values = course.relaxing(&contents, &rows.times);
             let of_group = |values: Vec<f64>| {
                 let read = |(row, k, i): &(usize, usize, usize)| (*i, values[row * self.data.sensors.len() + k]);
@@ -263,11 +263,13 @@ impl Follower<'_> {
     ) -> Vec<Option<Vec<(usize, f64)>>> {
         let (data, moments) = (self.data, &self.linear.histories[t]);
         let matrices: Vec<(f64, DMatrix<f64>)> = instants.iter().map(|i| (i.time, i.between(&self.linear.matrices[t]))).collect();
-        let course = LinearisedHistory::new(&self.linear.basis, &matrices, self.runs.start == Start::Steady);
+        let course =
+            LinearisedHistory::new(&self.linear.basis, &matrices, |i| steps(&instants[i..=i + 1]), self.runs.start == Start::Steady);
         let RowsOfTest { rows, times, readings } = RowsOfTest::new(data, test);
         let nearest = |time: &f64| -> usize {
-            let apart = |a: &usize, b: &usize| (moments[*a].time - time).abs().total_cmp(&(moments[*b].time - time).abs());
-            (0..moments.len()).min_by(apart).unwrap_or(0)
+            let later = moments.partition_point(|m| m.time < *time).min(moments.len() - 1);
+            let before = later.saturating_sub(1);
+            if *time - moments[before].time <= moments[later].time - *time { before } else { later }
         };
         let nearest: Vec<usize> = times.iter().map(nearest).collect();
         let within: Vec<(usize, f64)> = instants.iter().map(|instant| between(&times, instant.time)).collect();
@@ -283,14 +285,15 @@ impl Follower<'_> {
         let is_known = |(d, _): &(usize, Weight<'_>)| (0..acting.len()).all(|moment| of(moment, *d).is_some());
         let forced = |i: usize, known: &[(usize, Weight<'_>)]| {
             let instant = &instants[i];
-            let column = |(d, weight): &(usize, Weight<'_>)| -> Option<DVector<f64>> {
-                let mut column = &of(instant.moment, *d)?.residual * (1.0 - instant.share);
-                if instant.share > 0.0 {
-                    column.axpy(instant.share, &of(instant.moment + 1, *d)?.residual, 1.0);
+            let mut all = DMatrix::zeros(self.linear.basis.size(), known.len());
+            for ((d, weight), mut column) in known.iter().zip(all.column_iter_mut()) {
+                let factor = factor(weight, i);
+                let ends = [(instant.moment, 1.0 - instant.share), (instant.moment + 1, instant.share)];
+                for (moment, share) in ends.into_iter().filter(|(_, share)| *share * factor != 0.0) {
+                    of(moment, *d).into_iter().for_each(|own| column.axpy(share * factor, &own.residual, 1.0));
                 }
-                Some(column * factor(weight, i))
-            };
-            DMatrix::from_columns(&known.iter().filter_map(column).collect::<Vec<_>>())
+            }
+            all
         };
         // Forwards with every disturbance, or back from every reading: whichever are fewer.
         let answers = (wanted.len() > times.len() * data.sensors.len()).then(|| course.answers(instants.len(), &times));
@@ -367,6 +370,12 @@ impl Instant {
         let own = &of_moments[self.moment];
         if self.share > 0.0 { own * (1.0 - self.share) + &of_moments[self.moment + 1] * self.share } else { own.clone() }
     }
+}
+
+/// Time steps between an instant and the next, so that as many as ever lie between two moments.
+fn steps(instants: &[Instant]) -> usize {
+    let apart = (instants[1].moment - instants[0].moment) as f64 + instants[1].share - instants[0].share;
+    (apart * STEPS as f64).ceil().max(1.0) as usize
 }
 
 /// The moments of a history, and given times (s, rising) between them, where laws of the time turn.

@@ -35,8 +35,8 @@ const COLUMNS: usize = 400;
 const KNOTS: (usize, usize) = (6, 24);
 /// Stretches that are kept out, at least: fewer tests are divided.
 const STRETCHES: usize = 6;
-/// Instants in each test at which courses turn in a machine of cells. Chosen: time steps against what is between them.
-const INSTANTS_OF_CELLS: usize = 48;
+/// Instants in each test at which courses turn, of a machine of nodes and of one of cells. Chosen: time steps against what is between them.
+const INSTANTS: [usize; 2] = [1500, 48];
 /// Instants from which a cause may act: first few in the whole of a test, then as many between those that single causes ask for. Chosen: an
 /// amplitude from the one before and one from the one behind are an instant between them.
 pub const ONSETS: usize = 24;
@@ -106,7 +106,7 @@ impl<'a> Log<'a> {
         let knots = (COLUMNS / (places * tests.len()).max(1)).clamp(KNOTS.0, KNOTS.1);
         let hats = if is_followed { hats(data, knots) } else { hats(data, 1) };
         let longest = tests.iter().map(|test| data.rows.iter().filter(|row| row.test == *test).count()).max().unwrap_or(1);
-        let stride = if problem.study.model.mesh.cells == 0 { 1 } else { longest.div_ceil(INSTANTS_OF_CELLS) };
+        let stride = longest.div_ceil(INSTANTS[usize::from(problem.study.model.mesh.cells > 0)]);
         let heat = heats.iter().sum::<f64>() / heats.len().max(1) as f64;
         let stretches = stretches(data);
         let mut log = Self {

@@ -29,6 +29,6 @@ mod uncertain;
 pub use difference::{Partial, UNEVEN, Variation};
 pub use open::{OpenParameter, Origin, Scale, assumed};
 pub use point::{Adjoint, DerivativeTable, DerivativeTarget, Derivatives};
-pub use response::{LinearisedHistory, Moment, Moments, ObservableSpace};
+pub use response::{LinearisedHistory, Moment, Moments, ObservableSpace, STEPS};
 pub use screen::{Disturbance, Screen};
 pub use uncertain::UncertainNumber;

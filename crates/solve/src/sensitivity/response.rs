@@ -32,7 +32,7 @@ const FIELD: f64 = 1e-8;
 /// Directions of less energy than this share of a field's own are left out, dimensionless. Chosen: size of the space against rounding.
 const LEAST_ENERGY: f64 = 1e-10;
 /// Steps between two moments, a count. Chosen: error in time against cost.
-const STEPS: usize = 4;
+pub const STEPS: usize = 4;
 /// Coefficient, dimensionless, of the two-stage, L-stable, second-order Runge-Kutta method of Alexander (SIAM J. Numer. Anal. 14 (1977)
 /// 1006).
 const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
@@ -236,22 +236,24 @@ struct Step {
     stages: [f64; 2],
     length: f64,
     end: f64,
-    matrices: [PartialPivLu<f64>; 2],
+    /// Inverses of the matrices of its stages: these are small, and each serves many products.
+    inverses: [DMatrix<f64>; 2],
 }
 
 impl<'a> LinearisedHistory<'a> {
-    /// A history from the projected derivatives at the times of moments; `is_steady` where it begins with the steady state.
-    pub fn new(basis: &'a ObservableSpace, moments: &[(f64, DMatrix<f64>)], is_steady: bool) -> Self {
-        let step = |(i, n): (usize, usize)| {
+    /// A history from the projected derivatives at the times of moments, with so many time steps between each and the next, usually
+    /// [`STEPS`]; `is_steady` where it begins with the steady state.
+    pub fn new(basis: &'a ObservableSpace, moments: &[(f64, DMatrix<f64>)], steps: impl Fn(usize) -> usize, is_steady: bool) -> Self {
+        let step = |(i, n, count): (usize, usize, usize)| {
             let ((from, before), (to, after)) = (&moments[i], &moments[i + 1]);
-            let length = (to - from) / STEPS as f64;
-            let stages = [(n as f64 + GAMMA) / STEPS as f64, (n + 1) as f64 / STEPS as f64];
-            let matrix = |share: &f64| decomposed(&(&basis.capacity + (before * (1.0 - share) + after * *share) * (GAMMA * length)));
-            let matrices = stages.each_ref().map(matrix);
-            Step { moment: i, stages, length, end: from + stages[1] * (to - from), matrices }
+            let length = (to - from) / count as f64;
+            let stages = [(n as f64 + GAMMA) / count as f64, (n + 1) as f64 / count as f64];
+            let matrix = |share: &f64| inverse(&decomposed(&(&basis.capacity + (before * (1.0 - share) + after * *share) * (GAMMA * length))));
+            let inverses = stages.each_ref().map(matrix);
+            Step { moment: i, stages, length, end: from + stages[1] * (to - from), inverses }
         };
-        let stretches = (1..moments.len()).filter(|i| moments[*i].0 > moments[i - 1].0).map(|i| i - 1);
-        let all: Vec<(usize, usize)> = stretches.flat_map(|i| (0..STEPS).map(move |n| (i, n))).collect();
+        let stretches = (1..moments.len()).filter(|i| moments[*i].0 > moments[i - 1].0).map(|i| (i - 1, steps(i - 1)));
+        let all: Vec<(usize, usize, usize)> = stretches.flat_map(|(i, count)| (0..count).map(move |n| (i, n, count))).collect();
         let steps = all.into_par_iter().map(step).collect();
         let rest = moments.first().filter(|_| is_steady).map(|(_, matrix)| decomposed(matrix));
         Self { basis, start: moments.first().map_or(0.0, |m| m.0), rest, steps }
@@ -284,24 +286,28 @@ impl<'a> LinearisedHistory<'a> {
             take(&shown);
         }
         let mut begun = self.start;
+        let (mut right, mut between, mut now) = (state.clone(), state.clone(), shown.clone());
         for step in &self.steps {
-            let less = |right: DMatrix<f64>, share: f64| match disturbances {
-                Some(all) => {
-                    let (here, there) = (&all[step.moment], &all[step.moment + 1]);
-                    right - (here * (1.0 - share) + there * share) * (GAMMA * step.length)
+            let less = |right: &mut DMatrix<f64>, share: f64| {
+                if let Some(all) = disturbances {
+                    let (here, there) = (GAMMA * step.length * (1.0 - share), GAMMA * step.length * share);
+                    right.zip_zip_apply(&all[step.moment], &all[step.moment + 1], |r, a, b| *r -= here * a + there * b);
                 }
-                None => right,
             };
-            let between = solved(&step.matrices[0], less(&self.basis.capacity * &state, step.stages[0]));
-            let rate = (&between - &state) / (GAMMA * step.length);
-            let begin = &self.basis.capacity * (&state + rate * ((1.0 - GAMMA) * step.length));
-            state = solved(&step.matrices[1], less(begin, step.stages[1]));
-            let now = &self.basis.readings * &state;
+            right.gemm(1.0, &self.basis.capacity, &state, 0.0);
+            less(&mut right, step.stages[0]);
+            between.gemm(1.0, &step.inverses[0], &right, 0.0);
+            state.zip_apply(&between, |s, b| *s += (b - *s) * (1.0 - GAMMA) / GAMMA);
+            right.gemm(1.0, &self.basis.capacity, &state, 0.0);
+            less(&mut right, step.stages[1]);
+            state.gemm(1.0, &step.inverses[1], &right, 0.0);
+            now.gemm(1.0, &self.basis.readings, &state, 0.0);
             while let Some(time) = next.next_if(|t| **t <= step.end) {
                 let share = (time - begun) / step.length;
                 take(&(&shown * (1.0 - share) + &now * share));
             }
-            (begun, shown) = (step.end, now);
+            begun = step.end;
+            std::mem::swap(&mut shown, &mut now);
         }
         // The last row's time but for rounding.
         next.for_each(|_| take(&shown));
@@ -317,8 +323,6 @@ impl LinearisedHistory<'_> {
         let (size, sensors) = (self.basis.size, self.basis.readings.nrows());
         let count = times.len() * sensors;
         let mut answers = vec![DMatrix::zeros(count, size); moments];
-        let inverse = |matrix: &PartialPivLu<f64>| solved(matrix, DMatrix::identity(size, size));
-        let inverses: Vec<[DMatrix<f64>; 2]> = self.steps.par_iter().map(|step| step.matrices.each_ref().map(inverse)).collect();
         let kappa = (1.0 - GAMMA) / GAMMA;
         // Derivatives of each later reading with respect to the state that the way back has come to.
         let mut along = DMatrix::zeros(count, size);
@@ -332,7 +336,8 @@ impl LinearisedHistory<'_> {
             first -= 1;
             seed(&mut along, first, 1.0);
         }
-        for (n, (step, [early, late])) in self.steps.iter().zip(&inverses).enumerate().rev() {
+        for (n, step) in self.steps.iter().enumerate().rev() {
+            let [early, late] = &step.inverses;
             let begun = if n > 0 { self.steps[n - 1].end } else { self.start };
             let mut before = Vec::new();
             while first > 0 && times[first - 1] > begun {
@@ -370,6 +375,11 @@ impl LinearisedHistory<'_> {
 /// The decomposition of a square matrix.
 fn decomposed(matrix: &DMatrix<f64>) -> PartialPivLu<f64> {
     MatRef::from_column_major_slice(matrix.as_slice(), matrix.nrows(), matrix.ncols()).partial_piv_lu()
+}
+
+fn inverse(matrix: &PartialPivLu<f64>) -> DMatrix<f64> {
+    let size = matrix.L().ncols();
+    solved(matrix, DMatrix::identity(size, size))
 }
 
 /// The solution for each column of `right`.
@@ -445,7 +455,7 @@ mod tests {
         let times = [9.0, 10.0, 11.3, 12.0, 12.0, 18.0, 29.9, 30.0, 31.0];
         let forces: Vec<DMatrix<f64>> = (0..5).map(|i| matrix(1000 + 17 * i, 0.0)).collect();
         for is_steady in [true, false] {
-            let course = LinearisedHistory::new(&basis, &moments, is_steady);
+            let course = LinearisedHistory::new(&basis, &moments, |_| STEPS, is_steady);
             let forwards = course.readings(&forces, &times);
             let back = course.answers(forces.len(), &times);
             for (d, column) in forwards.iter().enumerate() {
