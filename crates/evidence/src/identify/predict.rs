@@ -43,7 +43,7 @@ const MOMENTS_OF_CELLS: usize = 32;
 const MOMENTS_OF_NODES: usize = 64;
 /// Instants of a test at which effects are followed in a machine of lumped nodes if conditions never rest, count. Chosen:
 /// limits the time.
-const MOMENTS_OF_MANY_TURNS: usize = 8192;
+const MOMENTS_OF_MANY_TURNS: usize = 2048;
 
 /// Ends of the time steps in which the logs of each test were run, s.
 pub(super) type Steps = BTreeMap<String, Vec<f64>>;
