@@ -323,7 +323,12 @@ impl Weighed<'_> {
     }
 
     /// Lines of a machine file for those of some members that it has words for, and all that they leave out beside causes of these names.
-    fn written(&self, members: &[(&Hypothesis, f64)], mut causes: Vec<String>, aside: &[usize]) -> Result<(Option<Lines>, Option<LeftOut>)> {
+    fn written(
+        &self,
+        members: &[(&Hypothesis, f64)],
+        mut causes: Vec<String>,
+        aside: &[usize],
+    ) -> Result<(Option<Lines>, Option<LeftOut>)> {
         let predictor = self.beside.predictor();
         let mut said = Vec::new();
         for member in members {

@@ -63,7 +63,13 @@ fn deviation(values: &[f64]) -> f64 {
 impl Profiles {
     /// The constant alone.
     pub fn constant(rows: usize) -> Self {
-        Self { functions: DMatrix::from_element(rows, 1, 1.0), of: vec![Function::Constant], time: None, restarting: Vec::new(), screened: 1 }
+        Self {
+            functions: DMatrix::from_element(rows, 1, 1.0),
+            of: vec![Function::Constant],
+            time: None,
+            restarting: Vec::new(),
+            screened: 1,
+        }
     }
 
     /// Of the rows of a log, by the values of some variables in them, of which the last is the time: the constant, what is in proportion to

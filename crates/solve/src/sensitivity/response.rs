@@ -248,7 +248,8 @@ impl<'a> LinearisedHistory<'a> {
             let ((from, before), (to, after)) = (&moments[i], &moments[i + 1]);
             let length = (to - from) / count as f64;
             let stages = [(n as f64 + GAMMA) / count as f64, (n + 1) as f64 / count as f64];
-            let matrix = |share: &f64| inverse(&decomposed(&(&basis.capacity + (before * (1.0 - share) + after * *share) * (GAMMA * length))));
+            let matrix =
+                |share: &f64| inverse(&decomposed(&(&basis.capacity + (before * (1.0 - share) + after * *share) * (GAMMA * length))));
             let inverses = stages.each_ref().map(matrix);
             Step { moment: i, stages, length, end: from + stages[1] * (to - from), inverses }
         };
