@@ -151,12 +151,7 @@ fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnosis> {
         answer.verdict = Verdict::CannotTell;
         answer.level = decide::Level::nothing(answer.level.probability);
     }
-    let rung = match (is_extended, answer.verdict) {
-        (true, _) => rung,
-        // Where nothing is wrong nothing is written.
-        (false, Verdict::Consistent) => None,
-        (false, _) => weighed.calibrated()?,
-    };
+    let rung = if is_extended { rung } else { weighed.calibrated()? };
     let found_gain = gain(&rung).or_else(|| weighed.without_gain());
     let next = if matches!(answer.verdict, Verdict::CannotTell | Verdict::SomethingElse) {
         progress.say("what to measure next");
