@@ -403,7 +403,7 @@ fn candidate(predictor: &Predictor<'_>, (h, column): (&Hypothesis, &Vec<f64>), s
     let may_follow = !h.is_sensor() && h.unit != "K";
     let may_wander = may_follow && !matches!(h.effect, Effect::Heat(_) | Effect::User(_));
     let (is_signed, may_run) = (h.is_signed && !h.is_fixed(), h.law == h.effect.usual_law());
-    Candidate { answer, is_signed, is_fixed: h.is_fixed(), range, rate: 1.0, may_wander, may_follow, may_restart: !h.is_sensor(), may_run }
+    Candidate { answer, is_signed, is_fixed: h.is_fixed(), range, rate: 1.0, may_wander, may_follow, may_run }
 }
 
 /// The covariance of a table's readings without any cause.

@@ -103,7 +103,7 @@ impl Search<'_> {
             // One law more, or one less; by a law of the time it may act alone.
             for law in self.profiles.laws() {
                 let (is_when, of) = (self.profiles.is_when(law), from.law ^ 1 << law);
-                if !is_when && !candidate.may_follow || !candidate.may_restart && self.profiles.restarting.contains(&law) {
+                if !is_when && !candidate.may_follow {
                     continue;
                 }
                 let size = if of == 0 && from.size == 0.0 { s.sizes[0] } else { from.size };

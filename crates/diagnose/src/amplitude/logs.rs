@@ -137,9 +137,7 @@ impl<'a> Log<'a> {
         }
         let conditions: Vec<&Condition> = data.rows.iter().map(|row| &row.condition).collect();
         let factors: Vec<Vec<f64>> = self.when.iter().map(|law| law.factors(&conditions)).collect();
-        let is_anew = |law: &FoundLaw| matches!(law, FoundLaw::Over(axis, _) if axis.is_time()) && data.tests().len() > 1;
-        let restarting = (0..self.when.len()).filter(|k| is_anew(&self.when[*k])).map(|k| self.names.len() + k).collect();
-        Profiles { restarting, ..Profiles::of_log(&self.variables, &factors, &rows_that_count(data)) }
+        Profiles::of_log(&self.variables, &factors, &rows_that_count(data))
     }
 
     /// Adds instants around those from which causes act in some fits, the most probable first, as many as there is room for.

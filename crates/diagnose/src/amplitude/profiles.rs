@@ -40,8 +40,6 @@ pub struct Profiles {
     pub of: Vec<Function>,
     /// The variable that is the time of a log.
     pub time: Option<usize>,
-    /// Laws that begin anew with every test of a log of several.
-    pub restarting: Vec<usize>,
     /// How many functions every cause is screened by in a log: the constant, laws, and slow ones of the time.
     pub screened: usize,
 }
@@ -63,13 +61,7 @@ fn deviation(values: &[f64]) -> f64 {
 impl Profiles {
     /// The constant alone.
     pub fn constant(rows: usize) -> Self {
-        Self {
-            functions: DMatrix::from_element(rows, 1, 1.0),
-            of: vec![Function::Constant],
-            time: None,
-            restarting: Vec::new(),
-            screened: 1,
-        }
+        Self { functions: DMatrix::from_element(rows, 1, 1.0), of: vec![Function::Constant], time: None, screened: 1 }
     }
 
     /// Of the rows of a log, by the values of some variables in them, of which the last is the time: the constant, what is in proportion to
@@ -109,7 +101,7 @@ impl Profiles {
             screened = if place == 0 { columns.len() } else { screened };
         }
         let columns: Vec<DVector<f64>> = columns.into_iter().map(DVector::from_vec).collect();
-        Self { functions: DMatrix::from_columns(&columns), of, time: Some(time), restarting: Vec::new(), screened }
+        Self { functions: DMatrix::from_columns(&columns), of, time: Some(time), screened }
     }
 
     /// Those of some rows alone.
@@ -149,7 +141,7 @@ impl Profiles {
                 }
             }
         }
-        Self { functions: DMatrix::from_columns(&columns), screened: of.len(), of, time: None, restarting: Vec::new() }
+        Self { functions: DMatrix::from_columns(&columns), screened: of.len(), of, time: None }
     }
 
     /// With further functions, which belong to curves of variables beyond these.

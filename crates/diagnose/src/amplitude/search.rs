@@ -45,8 +45,6 @@ pub struct Candidate {
     pub may_wander: bool,
     /// Whether its amplitude may follow the variables of a log.
     pub may_follow: bool,
-    /// Whether it may begin anew with every test of a log: a sensor that drifts does not.
-    pub may_restart: bool,
     /// Whether its amplitude may run over the rows at all.
     pub may_run: bool,
 }

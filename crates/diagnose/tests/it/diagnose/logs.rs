@@ -4,7 +4,7 @@ use coldplate_base::document::Document;
 use coldplate_base::progress::Silent;
 use coldplate_base::random::Random;
 use coldplate_describe::machine::Condition;
-use coldplate_diagnose::{Diagnosis, Problem, Verdict, diagnose};
+use coldplate_diagnose::{Cause, Diagnosis, Problem, Verdict, diagnose};
 use coldplate_evidence::identify;
 use coldplate_evidence::measurement::{Data, MeasurementUncertainty, ReadingRow, VariableUncertainty};
 use coldplate_explore::simulate::Start;
@@ -237,8 +237,12 @@ fn a_wrong_heat_capacity() {
         let line = ("material.\"wound iron\".specific_heat".to_string(), format!("\"{} J/(kg K)\"", 440.0 * factor));
         let found = found(seed, &Hidden { lines: vec![line], ..Hidden::default() });
         println!("{}", told(seed, &found));
-        assert!(is_named(&found, "heat capacity", "motor"), "{}", told(seed, &found));
-        let part = found.explanations[0].causes.iter().find(|p| p.hypothesis.kind() == "heat capacity").unwrap();
+        let is_this = |c: &&Cause| (c.hypothesis.kind(), c.hypothesis.place.as_str()) == ("heat capacity", "motor");
+        let with: f64 = found.explanations.iter().filter(|e| e.causes.iter().any(|c| is_this(&c))).map(|e| e.probability).sum();
+        assert!(with > 0.9, "{}", told(seed, &found));
+        // The coarse mesh of the second one is late after a start by as much as a sensor that is off by 0.16 K.
+        assert!(found.explanations[0].causes.len() <= 1 + usize::from(seed == 12), "{}", told(seed, &found));
+        let part = found.explanations[0].causes.iter().find(is_this).unwrap();
         let hidden = 0.96e-3 * 7400.0 * 440.0 * (factor - 1.0);
         assert!((part.amplitude / hidden - 1.0).abs() < 0.2, "{hidden} J/K: {}", told(seed, &found));
         let gain = found.gain.unwrap();
