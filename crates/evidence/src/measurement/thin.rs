@@ -12,13 +12,10 @@ use super::{Data, ReadingRow};
 /// Readings of logs that are looked at, count: further rows between others repeat the information. Chosen with the days of two
 /// heaters on a board in view (docs/record/diagnosis-measured.md).
 pub const MOST_READINGS: usize = 1200;
-/// Deviation of a condition from a straight line between two rows, as a share of its range in the log, above which a row is
-/// kept. Chosen: a smaller one costs time steps.
-const BENT: f64 = 0.01;
-/// Deviation of a condition from a straight line above which a row is kept, in logs whose conditions turn in more rows than are
-/// compared; a share of the range. Chosen: straight lines of 0.3 % put 0.013 K into weeks of a lumped machine, which its readings resolve; these
-/// put 0.0013 K there. A row that is not compared costs little more than its time step.
-const BENT_OF_RESTLESS: f64 = 0.0003;
+/// Deviation of a condition from a straight line between two rows, as a share of its range in the log, above which a row is kept. Chosen:
+/// lines of 1 % put 0.05 K into weeks of a lumped machine, which its readings resolve; these put 0.002 K there. A row that is not compared
+/// costs little more than its time step.
+const BENT: f64 = 5e-4;
 
 /// Rows of logs so thinned that about `most` readings are left: evenly, and those of rows at which a condition turns. If these
 /// alone are more than `most`, an even choice of `most` of them is left; the other rows stay for their condition. Steady
@@ -26,20 +23,10 @@ const BENT_OF_RESTLESS: f64 = 0.0003;
 pub fn thinned(data: &Data, most: usize) -> Data {
     let Some(stride) = stride(data, most) else { return data.clone() };
     let even = evenly(data, stride);
-    let turns = |rows: &[bool]| -> Vec<usize> { (0..rows.len()).filter(|r| rows[*r] && !even[*r]).collect() };
-    let share = |turns: &[usize]| {
-        let read: usize = turns.iter().map(|r| data.rows[*r].readings.iter().flatten().count()).sum();
-        read.div_ceil(most.max(1)).max(1)
-    };
-    let rows = kept(data, stride, BENT);
-    if share(&turns(&rows)) == 1 {
-        return only(data, &rows);
-    }
-    // Rows that are not compared cost little more than their time step. A straight line in place of them is an error of its
-    // own.
-    let rows = kept(data, stride, BENT_OF_RESTLESS);
-    let turns = turns(&rows);
-    let share = share(&turns);
+    let rows = kept(data, stride);
+    let turns: Vec<usize> = (0..rows.len()).filter(|r| rows[*r] && !even[*r]).collect();
+    let read: usize = turns.iter().map(|r| data.rows[*r].readings.iter().flatten().count()).sum();
+    let share = read.div_ceil(most.max(1)).max(1);
     let mut thin = data.clone();
     turns.iter().enumerate().filter(|(n, _)| n % share != 0).for_each(|(_, r)| thin.rows[*r].readings.fill(None));
     only(&thin, &rows)
@@ -49,7 +36,7 @@ pub fn thinned(data: &Data, most: usize) -> Data {
 /// then weighs more because conditions turn there.
 pub fn thinned_evenly(data: &Data, most: usize) -> Data {
     let Some(stride) = stride(data, most) else { return data.clone() };
-    let mut rows = kept(data, stride, BENT);
+    let mut rows = kept(data, stride);
     let mut even = data.clone();
     even.rows.iter_mut().for_each(|row| row.readings.fill(None));
     for test in data.tests() {
@@ -81,14 +68,14 @@ fn only(data: &Data, kept: &[bool]) -> Data {
 }
 
 /// Flags of the rows that are kept: every `stride`-th, the last of each test, and those at which a condition turns.
-fn kept(data: &Data, stride: usize, bent: f64) -> Vec<bool> {
+fn kept(data: &Data, stride: usize) -> Vec<bool> {
     let even = evenly(data, stride);
     let mut kept = even.clone();
     for test in data.tests() {
         let own: Vec<usize> = (0..data.rows.len()).filter(|r| data.rows[*r].test == test).collect();
         let ranges = ranges(data, &own);
         let ends: Vec<usize> = (0..own.len()).filter(|i| even[own[*i]]).collect();
-        ends.windows(2).for_each(|pair| keep_turns(data, &own[pair[0]..=pair[1]], &ranges, bent, &mut kept));
+        ends.windows(2).for_each(|pair| keep_turns(data, &own[pair[0]..=pair[1]], &ranges, &mut kept));
     }
     kept
 }
@@ -114,15 +101,15 @@ fn ranges(data: &Data, own: &[usize]) -> Vec<f64> {
 }
 
 /// Keeps the rows between the first and the last of some without which a straight line would miss a condition.
-fn keep_turns(data: &Data, rows: &[usize], ranges: &[f64], bent: f64, kept: &mut [bool]) {
+fn keep_turns(data: &Data, rows: &[usize], ranges: &[f64], kept: &mut [bool]) {
     let (first, last) = (&data.rows[rows[0]], &data.rows[rows[rows.len() - 1]]);
     let missed = |(i, r): (usize, &usize)| (i + 1, off(&data.rows[*r], first, last, ranges));
     let inner = rows[1..rows.len().max(2) - 1].iter().enumerate().map(missed);
     let Some((worst, most)) = inner.max_by(|a, b| a.1.total_cmp(&b.1)) else { return };
-    if most > bent {
+    if most > BENT {
         kept[rows[worst]] = true;
-        keep_turns(data, &rows[..=worst], ranges, bent, kept);
-        keep_turns(data, &rows[worst..], ranges, bent, kept);
+        keep_turns(data, &rows[..=worst], ranges, kept);
+        keep_turns(data, &rows[worst..], ranges, kept);
     }
 }
 
