@@ -26,6 +26,7 @@ mod low_rank;
 mod missing;
 mod next;
 mod overstated;
+mod plan;
 mod predictor;
 mod signature;
 mod stated;
@@ -57,6 +58,7 @@ pub use effects::{Common, Contact, Flow, Heat, Leak, Material, Radiation, Sensor
 pub use gain::{Gain, HeldOutReading};
 pub use missing::MissingHeat;
 pub use next::{Costs, Expected, ExtraSensor, Next, Trial, Worth};
+pub use plan::{Detectable, FurtherSensor, Plan, plan, planned_conditions};
 pub use predictor::{Extended, Predictor};
 pub use signature::Signatures;
 use when::Added;

@@ -1,5 +1,6 @@
 //! `coldplate diagnose`: errors of the simulation, their causes, and how much better the machine gets without them.
 
+mod plan;
 mod text;
 
 use std::path::PathBuf;
@@ -10,7 +11,7 @@ use super::output::{self, Output};
 use super::text::table;
 use coldplate_base::atomic_file;
 use coldplate_base::error::Result;
-use coldplate_diagnose::Problem;
+use coldplate_diagnose::{Problem, planned_conditions};
 use coldplate_evidence::command_input;
 use coldplate_figures::chart::draw_as;
 use coldplate_figures::chart::output::check_name;
@@ -26,6 +27,10 @@ pub struct Args {
     machine: PathBuf,
     /// Measured data: CSV with test, conditions and sensors (default: the measurements in the machine file)
     data: Option<PathBuf>,
+    /// Before there are readings: say which causes these sensors would see, which they could never tell apart, and which sensor more would
+    /// help most; in the conditions of DATA, or with each variable at both ends of its range
+    #[arg(long, conflicts_with_all = ["out", "report", "chart", "surrogate", "amplitudes"])]
+    plan: bool,
     /// A number of the machine file that is itself uncertain, with its standard deviation: KEY=10% or KEY=+-0.1 UNIT; may be repeated
     #[arg(long = "uncertain", value_name = "KEY=DEVIATION")]
     uncertain: Vec<String>,
@@ -99,7 +104,10 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         command_input::must_be_new(surrogate, "--surrogate")?;
         refit::check(machine).map_err(|e| e.in_file(&args.machine))?;
     }
-    let data = command_input::data(args.data.as_deref(), &args.readings.between(), machine)?;
+    let data = match &args.data {
+        None if args.plan => planned_conditions(machine).map_err(|e| e.in_file(&args.machine))?,
+        table => command_input::data(table.as_deref(), &args.readings.between(), machine)?,
+    };
     let uncertainty = measured::uncertainty(args.data.as_deref(), &args.machine, &data, machine, out)?;
     let start = command_input::start(&args.from)?;
     let mut uncertain = args.uncertain.iter().map(|text| uncertain(text, &study)).collect::<Result<Vec<_>>>()?;
@@ -114,6 +122,9 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let mut problem = Problem::new(study, data);
     (problem.uncertainty, problem.uncertain, problem.user) = (uncertainty, uncertain, user);
     (problem.start, problem.without) = (start, without);
+    if args.plan {
+        return plan::run(&problem, out);
+    }
     if let Some(path) = &args.costs {
         problem.costs = costs(path)?;
     }

@@ -78,6 +78,28 @@ impl<'p> Beside<'p> {
         Self { scales, ..self }
     }
 
+    /// The covariance of a table's readings without any cause.
+    pub fn errors(&self) -> Errors {
+        let Self { problem, base, catalogue, .. } = self;
+        let places = whiten::places(&problem.data);
+        let machine = &problem.study.model.machine;
+        let loads = problem.data.rows.iter().filter_map(|row| Load::at(machine, &row.condition).ok());
+        let heats: Vec<f64> = loads.flat_map(|load| load.powers).map(f64::abs).collect();
+        let mean = heats.iter().sum::<f64>() / heats.len().max(1) as f64;
+        let is_heat = |h: &Hypothesis| matches!(h.effect, Effect::Heat(Heat::Into(_))) && h.law == Law::Constant;
+        let of_heat = catalogue.iter().zip(&base.found.columns).filter(|(h, _)| is_heat(h));
+        Errors {
+            row_of: consecutive(places.iter().map(|(row, _)| *row)),
+            noise: base.errors.noise().to_vec(),
+            stated: base.errors.shared(),
+            uncertain: uncertain(&base.errors),
+            numbers: base.errors.numbers().to_vec(),
+            heats: of_heat.map(|(_, column)| column.iter().map(|c| c * mean).collect()).collect(),
+            aside: Vec::new(),
+            log: None,
+        }
+    }
+
     /// Predictions with causes in force.
     pub fn predictor(&self) -> Predictor<'_> {
         Predictor {
@@ -112,7 +134,7 @@ impl<'p> Beside<'p> {
             own.in_time(along[m].clone(), may_run && log.is_followed())
         };
         let mut log = is_log.then(|| Log::new(problem, &predictor, (base, &self.catalogue), (&visible, &sizes), settings));
-        let errors = log.as_ref().map_or_else(|| errors(problem, base, &self.catalogue), Log::errors);
+        let errors = log.as_ref().map_or_else(|| self.errors(), Log::errors);
         if let Some(log) = log.as_mut().filter(|log| log.is_followed()) {
             progress.say("instants at which causes set in");
             let (along, profiles) = (log.along(), log.profiles());
@@ -406,29 +428,8 @@ fn candidate(predictor: &Predictor<'_>, (h, column): (&Hypothesis, &Vec<f64>), s
     Candidate { answer, is_signed, is_fixed: h.is_fixed(), range, rate: 1.0, may_wander, may_follow, may_run }
 }
 
-/// The covariance of a table's readings without any cause.
-fn errors(problem: &Problem, base: &Comparison, catalogue: &[Hypothesis]) -> Errors {
-    let places = whiten::places(&problem.data);
-    let machine = &problem.study.model.machine;
-    let loads = problem.data.rows.iter().filter_map(|row| Load::at(machine, &row.condition).ok());
-    let heats: Vec<f64> = loads.flat_map(|load| load.powers).map(f64::abs).collect();
-    let mean = heats.iter().sum::<f64>() / heats.len().max(1) as f64;
-    let is_heat = |h: &Hypothesis| matches!(h.effect, Effect::Heat(Heat::Into(_))) && h.law == Law::Constant;
-    let of_heat = catalogue.iter().zip(&base.found.columns).filter(|(h, _)| is_heat(h));
-    Errors {
-        row_of: consecutive(places.iter().map(|(row, _)| *row)),
-        noise: base.errors.noise().to_vec(),
-        stated: base.errors.shared(),
-        uncertain: uncertain(&base.errors),
-        numbers: base.errors.numbers().to_vec(),
-        heats: of_heat.map(|(_, column)| column.iter().map(|c| c * mean).collect()).collect(),
-        aside: Vec::new(),
-        log: None,
-    }
-}
-
 /// Rising numbers, counted from zero without gaps.
-fn consecutive(rows: impl Iterator<Item = usize>) -> Vec<usize> {
+pub(super) fn consecutive(rows: impl Iterator<Item = usize>) -> Vec<usize> {
     let (mut all, mut last) = (Vec::new(), None);
     for row in rows {
         let before = all.last().copied().unwrap_or(0);

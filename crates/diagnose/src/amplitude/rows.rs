@@ -56,6 +56,24 @@ pub struct LogNoise {
     pub known: Arc<Mutex<Vec<Arc<Rows>>>>,
 }
 
+impl Errors {
+    /// The same of some readings of a table, rising.
+    pub fn of_readings(&self, readings: &[usize]) -> Self {
+        let of = |column: &Vec<f64>| readings.iter().map(|i| column[*i]).collect::<Vec<f64>>();
+        let all = |columns: &[Vec<f64>]| columns.iter().map(of).collect();
+        Self {
+            row_of: readings.iter().map(|i| self.row_of[*i]).collect(),
+            noise: of(&self.noise),
+            stated: all(&self.stated),
+            uncertain: self.uncertain.clone(),
+            numbers: all(&self.numbers),
+            heats: all(&self.heats),
+            log: None,
+            aside: readings.iter().enumerate().filter(|(_, i)| self.aside.contains(i)).map(|(n, _)| n).collect(),
+        }
+    }
+}
+
 /// What a model leaves open beside its causes, as the data have it.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Looseness {

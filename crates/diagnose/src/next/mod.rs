@@ -16,7 +16,7 @@ use coldplate_base::error::Result;
 use coldplate_describe::machine::Condition;
 use coldplate_solve::study::Study;
 use outlook::Outlook;
-use proposed::Proposed;
+pub(super) use proposed::{Proposed, with_all_proposed};
 use worth::Stakes;
 
 pub use costs::Costs;

@@ -10,7 +10,7 @@ const MOST: usize = 6;
 
 /// A sensor that a machine file could have.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Proposed {
+pub(crate) struct Proposed {
     /// Its name.
     pub name: String,
     /// Its entry in the machine file, as TOML.
@@ -19,7 +19,22 @@ pub(super) struct Proposed {
 
 /// A diagnosis of a machine that has further sensors, after its own; `None` where no place for one is left.
 pub(super) fn with_proposed(problem: &Problem, alive: &[&Explanation]) -> Result<Option<(Problem, Vec<Proposed>)>> {
-    let proposed = proposals(problem, alive);
+    let parts: Vec<&String> = alive.iter().flat_map(|e| e.causes.iter().flat_map(|c| &c.hypothesis.parts)).collect();
+    let places: Vec<&String> = alive.iter().flat_map(|e| e.causes.iter().map(|c| &c.hypothesis.place)).collect();
+    let mut proposed = proposals(problem, &parts, &places);
+    proposed.truncate(MOST);
+    with(problem, proposed)
+}
+
+/// The same with every place of the machine.
+pub(crate) fn with_all_proposed(problem: &Problem) -> Result<Option<(Problem, Vec<Proposed>)>> {
+    let machine = &problem.study.model.machine;
+    let parts: Vec<&String> = machine.parts.iter().map(|p| &p.name).chain(machine.nodes.iter().map(|n| &n.name)).collect();
+    let places: Vec<&String> = machine.channels.iter().map(|c| &c.name).collect();
+    with(problem, proposals(problem, &parts, &places))
+}
+
+fn with(problem: &Problem, proposed: Vec<Proposed>) -> Result<Option<(Problem, Vec<Proposed>)>> {
     let sets: Vec<(String, String)> = proposed.iter().map(|p| (format!("sensor.{}", quoted(&p.name)), p.entry.clone())).collect();
     if sets.is_empty() {
         return Ok(None);
@@ -31,8 +46,8 @@ pub(super) fn with_proposed(problem: &Problem, alive: &[&Explanation]) -> Result
     Ok(is_after.then(|| (Problem { study, ..problem.clone() }, proposed)))
 }
 
-/// Water that leaves a circuit, then parts and nodes that the explanations speak of, where nothing is measured.
-fn proposals(problem: &Problem, alive: &[&Explanation]) -> Vec<Proposed> {
+/// Water that leaves a circuit, then some parts and nodes, where nothing is measured.
+fn proposals(problem: &Problem, parts: &[&String], places: &[&String]) -> Vec<Proposed> {
     let machine = &problem.study.model.machine;
     let text = |t: &str| Leaf::Text(t.into()).to_toml();
     let is_free = |name: &str| machine.sensors.iter().all(|s| s.name != name);
@@ -42,8 +57,6 @@ fn proposals(problem: &Problem, alive: &[&Explanation]) -> Vec<Proposed> {
             found.push(Proposed { name, entry: format!("{{ {key} = {} }}", text(place)) });
         }
     };
-    let parts: Vec<&String> = alive.iter().flat_map(|e| e.causes.iter().flat_map(|c| &c.hypothesis.parts)).collect();
-    let places: Vec<&String> = alive.iter().flat_map(|e| e.causes.iter().map(|c| &c.hypothesis.place)).collect();
     for (c, channel) in machine.channels.iter().enumerate() {
         let is_measured = machine.sensors.iter().any(|s| s.reads == SensorReading::Outlet(c));
         let is_meant = places.contains(&&channel.name) || parts.contains(&&machine.parts[channel.part].name);
@@ -51,7 +64,7 @@ fn proposals(problem: &Problem, alive: &[&Explanation]) -> Vec<Proposed> {
             add(format!("water leaving {}", channel.name), "outlet", &channel.name);
         }
     }
-    for part in parts {
+    for part in parts.iter().copied() {
         let own = machine.parts.iter().position(|p| p.name == *part);
         let node = machine.nodes.iter().position(|n| n.name == *part && n.fixed.is_none());
         let is_measured = machine.sensors.iter().any(|s| match (&s.reads, own, node) {
@@ -67,6 +80,5 @@ fn proposals(problem: &Problem, alive: &[&Explanation]) -> Vec<Proposed> {
             _ => {}
         }
     }
-    found.truncate(MOST);
     found
 }

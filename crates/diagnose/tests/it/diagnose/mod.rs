@@ -19,6 +19,7 @@ mod mesh;
 mod next;
 mod over_time;
 mod overstated;
+mod plan;
 mod reduced;
 mod restless;
 mod sizes;
