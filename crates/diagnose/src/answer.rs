@@ -23,6 +23,9 @@ type Lines = Vec<(String, String)>;
 
 /// Explanations that are kept.
 const MOST_EXPLANATIONS: usize = 40;
+/// A machine that predicts data kept out to within this many times their noise stays as it is, though other numbers would predict them
+/// better. Chosen: three quarters of the squared error are the model's then.
+const WORTH: f64 = 2.0;
 /// Explanations whose misfit is found through the solver.
 const SOLVED: usize = 12;
 
@@ -351,12 +354,13 @@ impl Weighed<'_> {
         base.found.prediction.values.iter().zip(&base.mesh).map(|(v, m)| v + m).collect()
     }
 
-    /// The machine as the readings draw its numbers, with no cause, where that predicts rows kept out better for certain.
+    /// The machine as the readings draw its numbers, with no cause, where that predicts rows kept out better for certain and by what matters.
     fn calibrated(&self) -> Result<Option<Rung>> {
         let Some(empty) = self.empty() else { return Ok(None) };
         let Some(found) = InForce::fitted(self.beside, &[], &empty.errors, empty.looseness)? else { return Ok(None) };
         let rung = Some(self.rung(found, &[])?);
-        Ok(rung.filter(|rung| !rung.refitted.is_empty() && rung.gain.as_ref().is_some_and(|gain| gain.low > 0.0)))
+        let is_worth = |gain: &Gain| gain.low > 0.0 && gain.before > WORTH * gain.noise_floor;
+        Ok(rung.filter(|rung| !rung.refitted.is_empty() && rung.gain.as_ref().is_some_and(is_worth)))
     }
 
     /// The gain where nothing is added to the machine.
