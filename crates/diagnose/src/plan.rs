@@ -91,7 +91,9 @@ pub fn planned_conditions(machine: &Machine) -> Result<Data> {
     }
     let names: Vec<String> = machine.sensors.iter().map(|s| s.name.clone()).collect();
     if names.is_empty() {
-        return Err(Error::input("the machine has no sensor").at_key("sensor").help("add [sensor.NAME] tables: a plan says what they would show"));
+        return Err(Error::input("the machine has no sensor")
+            .at_key("sensor")
+            .help("add [sensor.NAME] tables: a plan says what they would show"));
     }
     let row = |(n, values): (usize, Vec<f64>)| ReadingRow {
         test: (n + 1).to_string(),
@@ -171,7 +173,9 @@ pub fn plan(problem: &Problem, progress: &dyn Progress) -> Result<Plan> {
 
 /// Whether a cause is an error of a sensor that does not exist yet.
 fn is_of(h: &Hypothesis, proposed: &[Proposed]) -> bool {
-    proposed.iter().any(|own| h.place == own.name || h.place.starts_with(&format!("{} - ", own.name)) || h.place.ends_with(&format!(" - {}", own.name)))
+    proposed.iter().any(|own| {
+        h.place == own.name || h.place.starts_with(&format!("{} - ", own.name)) || h.place.ends_with(&format!(" - {}", own.name))
+    })
 }
 
 /// The problem with every sensor that its machine could have, all of them read in every row as the machine predicts.
