@@ -124,8 +124,10 @@ pub fn plan(problem: &Problem, progress: &dyn Progress) -> Result<Plan> {
     let of_proposed = |h: &Hypothesis| h.is_sensor() && !matches!(h.sensor(), Some(Sensor::All)) && is_of(h, &proposed);
     let all = beside.catalogue.iter().zip(&beside.base.found.columns).filter(|(h, _)| !of_proposed(h));
     let largest = problem.settings.sizes.last().copied().unwrap_or(1.0);
+    // An exchange of sensors is or is not.
+    let most = |h: &Hypothesis| if h.is_fixed() { 1.0 } else { (largest * h.scale).min(h.range().1) };
     let (causes, columns): (Vec<&Hypothesis>, Vec<Vec<f64>>) = all
-        .map(|(h, column)| (h, (largest * h.scale).min(h.range().1), column))
+        .map(|(h, column)| (h, most(h), column))
         .map(|(h, most, column)| (h, column.iter().map(|c| most * c).collect::<Vec<f64>>()))
         .unzip();
     let odds = (problem.settings.certain / (1.0 - problem.settings.certain)).ln();
@@ -156,9 +158,9 @@ pub fn plan(problem: &Problem, progress: &dyn Progress) -> Result<Plan> {
     further.truncate(MOST);
     let detectable = |(c, length): &(usize, f64)| {
         let h = causes[*c];
-        let share = view.seen / length;
+        let share = if h.is_fixed() { 1.0 } else { view.seen / length };
         let change = usual.iter().fold(0.0, |most: f64, i| most.max((share * columns[*c][*i]).abs()));
-        Detectable { hypothesis: h.clone(), least: share * (largest * h.scale).min(h.range().1), change }
+        Detectable { hypothesis: h.clone(), least: share * most(h), change }
     };
     let is_seen = |c: usize| without.seen.iter().any(|(own, _)| *own == c);
     Ok(Plan {

@@ -22,6 +22,23 @@ pub(super) fn run(problem: &Problem, out: Output) -> Result<u8> {
     Ok(0)
 }
 
+/// A cause by kind and place, and by its law where that is not the usual one.
+fn name(h: &Hypothesis) -> String {
+    let law = if h.law == h.effect.usual_law() { String::new() } else { format!(", {}", h.law_words()) };
+    h.kind_and_place() + &law
+}
+
+/// An amplitude in words.
+fn words(h: &Hypothesis, least: f64) -> String {
+    match amplitude(h, least) {
+        _ if h.is_fixed() => "at once".into(),
+        (value, unit) => match unit.strip_prefix("relative") {
+            Some(rest) => format!("{} %{rest}", significant(100.0 * value, 3)),
+            None => format!("{} {unit}", significant(value, 3)),
+        },
+    }
+}
+
 /// An amplitude and its unit; of a number that moves by its logarithm the factor.
 fn amplitude(h: &Hypothesis, least: f64) -> (f64, &'static str) {
     if h.unit.starts_with("ln") { (least.exp(), "times") } else { (least, h.unit) }
@@ -33,25 +50,24 @@ fn listed(names: &[String]) -> String {
     if more > 0 { format!("{all}; and {more} more") } else { all }
 }
 
-fn text(found: &Plan, name: &str) -> String {
-    let named = |n: &usize| found.seen[*n].hypothesis.kind_and_place();
+fn text(found: &Plan, machine: &str) -> String {
+    let named = |n: &usize| name(&found.seen[*n].hypothesis);
     let all = found.seen.len() + found.unseen.len();
     let mut text = format!(
-        "{name}\n{} conditions, {} sensors\n\n{} of {all} causes would be seen, each in nine tables of ten from the amplitude below on\n\n",
+        "{machine}\n{} conditions, {} sensors\n\n{} of {all} causes would be seen, each in nine tables of ten from the amplitude below on\n\n",
         found.conditions,
         found.sensors,
         found.seen.len()
     );
     let row = |own: &coldplate_diagnose::Detectable| {
-        let (value, unit) = amplitude(&own.hypothesis, own.least);
-        vec![own.hypothesis.kind_and_place(), format!("{} {unit}", significant(value, 3)), format!("{} K", significant(own.change, 2))]
+        vec![name(&own.hypothesis), words(&own.hypothesis, own.least), format!("{} K", significant(own.change, 2))]
     };
     text += &table(&["cause", "seen from", "largest change"], &found.seen.iter().take(LISTED).map(row).collect::<Vec<_>>());
     if found.seen.len() > LISTED {
         text += &format!("and {} more: --json has all\n", found.seen.len() - LISTED);
     }
     if !found.unseen.is_empty() {
-        let names: Vec<String> = found.unseen.iter().map(Hypothesis::kind_and_place).collect();
+        let names: Vec<String> = found.unseen.iter().map(name).collect();
         text += &format!("\nnot seen, however large they usually are: {}\n", listed(&names));
     }
     text += if found.alike.is_empty() { "\nall that are seen can be told apart\n" } else { "\nnever told apart:\n" };

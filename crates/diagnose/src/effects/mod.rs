@@ -98,7 +98,7 @@ families! {
 
 impl Effect {
     /// The law under which it is alike in all rows: a gain's share grows with the temperature by itself.
-    pub(crate) fn usual_law(&self) -> Law {
+    pub fn usual_law(&self) -> Law {
         if matches!(self, Self::Sensor(Sensor::Gain(_))) { Law::Temperature } else { Law::Constant }
     }
 }
