@@ -23,9 +23,6 @@ type Lines = Vec<(String, String)>;
 
 /// Explanations that are kept.
 const MOST_EXPLANATIONS: usize = 40;
-/// A machine that predicts data kept out to within this many times their noise stays as it is, though other numbers would predict them
-/// better. Chosen: three quarters of the squared error are the model's then.
-const WORTH: f64 = 2.0;
 /// Explanations whose misfit is found through the solver.
 const SOLVED: usize = 12;
 
@@ -291,7 +288,11 @@ impl Weighed<'_> {
         // Numbers of the file first: a cause may take their place.
         let members: Vec<(&Hypothesis, f64)> = refitted.iter().chain(&found.causes).map(|c| (&c.hypothesis, c.amplitude)).collect();
         let unsolved = all.iter().filter(|own| found.causes.iter().all(|c| c.hypothesis != own.hypothesis));
-        let (sets, left_out) = self.written(&members, unsolved.map(|c| c.hypothesis.kind_and_place()).collect(), aside)?;
+        let (mut sets, mut left_out) = self.written(&members, unsolved.map(|c| c.hypothesis.kind_and_place()).collect(), aside)?;
+        if left_out.as_ref().is_some_and(|own| own.causes.len() >= all.len()) {
+            // Numbers that were drawn beside causes are none without any of these.
+            (sets, left_out) = (None, None);
+        }
         let before = square(&self.predicted(), problem, aside).max(f64::MIN_POSITIVE);
         let share = |values: &[f64]| 1.0 - square(values, problem, aside) / before;
         let alone = match found.causes.len() {
@@ -354,12 +355,13 @@ impl Weighed<'_> {
         base.found.prediction.values.iter().zip(&base.mesh).map(|(v, m)| v + m).collect()
     }
 
-    /// The machine as the readings draw its numbers, with no cause, where that predicts rows kept out better for certain and by what matters.
+    /// The machine as the readings draw its numbers, with no cause, where that predicts rows kept out better for certain and the file
+    /// misses them by more than their noise.
     fn calibrated(&self) -> Result<Option<Rung>> {
         let Some(empty) = self.empty() else { return Ok(None) };
         let Some(found) = InForce::fitted(self.beside, &[], &empty.errors, empty.looseness)? else { return Ok(None) };
         let rung = Some(self.rung(found, &[])?);
-        let is_worth = |gain: &Gain| gain.low > 0.0 && gain.before > WORTH * gain.noise_floor;
+        let is_worth = |gain: &Gain| gain.low > 0.0 && gain.before > gain.noise_floor;
         Ok(rung.filter(|rung| !rung.refitted.is_empty() && rung.gain.as_ref().is_some_and(is_worth)))
     }
 

@@ -8,8 +8,9 @@ use coldplate_base::error::Result;
 use coldplate_base::numbers::significant;
 use coldplate_diagnose::{Hypothesis, Plan, Problem, plan};
 
-/// Causes that are listed in a terminal at most, and that one line names.
+/// Causes and groups that are listed in a terminal at most, and causes that one line names.
 const LISTED: usize = 40;
+const GROUPS: usize = 20;
 const NAMED: usize = 8;
 
 /// Plans and prints.
@@ -71,8 +72,11 @@ fn text(found: &Plan, machine: &str) -> String {
         text += &format!("\nnot seen, however large they usually are: {}\n", listed(&names));
     }
     text += if found.alike.is_empty() { "\nall that are seen can be told apart\n" } else { "\nnever told apart:\n" };
-    for group in &found.alike {
+    for group in found.alike.iter().take(GROUPS) {
         text += &format!("  {}\n", listed(&group.iter().map(named).collect::<Vec<_>>()));
+    }
+    if found.alike.len() > GROUPS {
+        text += &format!("  and {} groups more: --json has all\n", found.alike.len() - GROUPS);
     }
     for (n, own) in found.further.iter().enumerate() {
         let before = if n == 0 { "\none sensor more:\n" } else { "" };
