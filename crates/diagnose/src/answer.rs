@@ -356,12 +356,12 @@ impl Weighed<'_> {
     }
 
     /// The machine as the readings draw its numbers, with no cause, where that predicts rows kept out better for certain and the file
-    /// misses them by more than their noise.
+    /// misses them by more than their noise does: more than half of the squared error is the model's.
     fn calibrated(&self) -> Result<Option<Rung>> {
         let Some(empty) = self.empty() else { return Ok(None) };
         let Some(found) = InForce::fitted(self.beside, &[], &empty.errors, empty.looseness)? else { return Ok(None) };
         let rung = Some(self.rung(found, &[])?);
-        let is_worth = |gain: &Gain| gain.low > 0.0 && gain.before > gain.noise_floor;
+        let is_worth = |gain: &Gain| gain.low > 0.0 && gain.before.powi(2) > 2.0 * gain.noise_floor.powi(2);
         Ok(rung.filter(|rung| !rung.refitted.is_empty() && rung.gain.as_ref().is_some_and(is_worth)))
     }
 

@@ -13,10 +13,10 @@ const LISTED: usize = 40;
 const GROUPS: usize = 20;
 const NAMED: usize = 8;
 
-/// Plans and prints.
+/// Says what readings would show, and prints it.
 ///
 /// # Errors
-/// As [`plan`].
+/// The data are logs; the machine cannot be solved at one of the conditions.
 pub(super) fn run(problem: &Problem, out: Output) -> Result<u8> {
     let found = plan(problem, &out.progress())?;
     out.report(&text(&found, &problem.study.model.machine.name), &PlanRecord::of(&found));
