@@ -52,7 +52,7 @@ pub struct Rung {
     pub gain: Option<Gain>,
     /// Lines of the machine file; `None` where it has no words for any cause, or predicts no better with those that it has words for.
     pub sets: Option<Lines>,
-    /// What these lines leave out, where a machine file has no words for a cause.
+    /// Causes that these lines leave out, for a machine file has no words for them.
     pub left_out: Option<LeftOut>,
     /// Predictions with it in force, K.
     pub predicted: Vec<f64>,
@@ -134,7 +134,7 @@ fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnosis> {
     }
     let all = explanations.first().map_or(&[][..], |best| &best.causes);
     let rung = in_force.map(|found| weighed.rung(found, all)).transpose()?;
-    // Where one of the causes cannot be solved, the rest may show nothing by itself.
+    // The rest of an explanation may show nothing by itself where one of its causes cannot be solved.
     let shows = |rung: &Rung| rung.share > 0.0 && !rung.gain.as_ref().is_some_and(Gain::is_none);
     let rung = rung.filter(|rung| rung.causes.len() == all.len() || shows(rung));
     let mut answer = weighed.answer(&explanations, rung.as_ref());

@@ -139,7 +139,8 @@ impl<'b> InForce<'b> {
         self.said_about(&self.values, is_kept)
     }
 
-    /// The same where the machine predicts these values (K), about which its slopes still hold.
+    /// Amplitudes and shared errors that the readings of some rows ask for where the machine predicts these values (K); its slopes still hold
+    /// there.
     fn said_about(&self, values: &[f64], is_kept: impl Fn(usize) -> bool) -> Option<Said> {
         let kept: Vec<usize> =
             self.rows.ranges.iter().enumerate().filter(|(row, _)| is_kept(*row)).flat_map(|(_, range)| range.clone()).collect();
@@ -211,7 +212,7 @@ impl<'b> InForce<'b> {
         Ok(with_mesh(&self.predicted_here(numbers)?))
     }
 
-    /// The same on the machine's own mesh, K.
+    /// Predictions with numbers moved beside the causes on the machine's own mesh, K.
     fn predicted_here(&self, numbers: &[Cause]) -> Result<Vec<f64>> {
         if numbers.is_empty() {
             return Ok(self.values.clone());
@@ -349,7 +350,7 @@ fn open_numbers(beside: &Beside<'_>, causes: &[Cause], (errors, rows, deviations
         open(at, 1.0, h)
     });
     let mut all: Vec<OpenNumber> = of_file.chain(called).chain(heats).collect();
-    // What one member alone has in common is that member's own number.
+    // A factor of one member alone is that member's own number.
     let common: Vec<OpenNumber> = common.filter(|new| all.iter().all(|own| !own.hypothesis.is_same(&new.hypothesis))).collect();
     all.extend(common);
     all

@@ -15,7 +15,7 @@ use super::next::{Proposed, with_all_proposed};
 use super::when::TEST_NUMBER;
 use coldplate_base::error::{Error, Result};
 use coldplate_base::progress::Progress;
-use coldplate_describe::machine::{Condition, Machine};
+use coldplate_describe::machine::{Condition, DescribedVariable, Machine};
 use coldplate_evidence::identify;
 use coldplate_evidence::measurement::{Data, MeasurementUncertainty, ReadingRow, TIME, whiten};
 use coldplate_explore::simulate::Start;
@@ -25,7 +25,7 @@ const NINE_OF_TEN: f64 = 1.2816;
 /// Sensors more that are reported.
 const MOST: usize = 5;
 
-/// What readings could show.
+/// Causes by what readings could show of them.
 #[derive(Debug, Clone)]
 pub struct Plan {
     /// Conditions that were looked at, a count.
@@ -45,7 +45,7 @@ pub struct Plan {
 /// A cause that would be seen.
 #[derive(Debug, Clone)]
 pub struct Detectable {
-    /// Which, under its usual law.
+    /// Place and kind, under the usual law of the kind.
     pub hypothesis: Hypothesis,
     /// Least amplitude that nine tables in ten would show, in the hypothesis' unit.
     pub least: f64,
@@ -56,9 +56,9 @@ pub struct Detectable {
 /// A sensor that the machine lacks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FurtherSensor {
-    /// Its name.
+    /// Name of the sensor.
     pub name: String,
-    /// Its entry in the machine file, as TOML.
+    /// Entry of the sensor in the machine file, as TOML.
     pub entry: String,
     /// Causes that would be seen with it and not without, a count.
     pub seen: usize,
@@ -67,12 +67,12 @@ pub struct FurtherSensor {
 }
 
 /// Conditions for a plan: all variables at their defaults (those without at the middle of their range), then each at both ends of its range.
-/// Their readings are what the machine predicts.
+/// The cells of all sensors are empty: [`plan`] reads none.
 ///
 /// # Errors
 /// A variable has neither default nor range; the machine has no sensor.
 pub fn planned_conditions(machine: &Machine) -> Result<Data> {
-    let middle = |v: &coldplate_describe::machine::DescribedVariable| {
+    let middle = |v: &DescribedVariable| {
         v.default.or_else(|| v.range.map(|(low, high)| 0.5 * (low + high))).ok_or_else(|| {
             Error::input(format!("variable '{}' has neither a default nor a range", v.name))
                 .at_key(format!("variables.{}", v.name))
@@ -121,8 +121,7 @@ pub fn plan(problem: &Problem, progress: &dyn Progress) -> Result<Plan> {
     let errors = beside.errors();
     let places = whiten::places(&wide.data);
     let reads = |sensors: &dyn Fn(usize) -> bool| (0..places.len()).filter(|i| sensors(places[*i].1)).collect::<Vec<usize>>();
-    let of_proposed = |h: &Hypothesis| h.is_sensor() && !matches!(h.sensor(), Some(Sensor::All)) && is_of(h, &proposed);
-    let all = beside.catalogue.iter().zip(&beside.base.found.columns).filter(|(h, _)| !of_proposed(h));
+    let all = beside.catalogue.iter().zip(&beside.base.found.columns).filter(|(h, _)| is_among(h, own));
     let largest = problem.settings.sizes.last().copied().unwrap_or(1.0);
     // An exchange of sensors is or is not.
     let most = |h: &Hypothesis| if h.is_fixed() { 1.0 } else { (largest * h.scale).min(h.range().1) };
@@ -130,9 +129,12 @@ pub fn plan(problem: &Problem, progress: &dyn Progress) -> Result<Plan> {
         .map(|(h, column)| (h, most(h), column))
         .map(|(h, most, column)| (h, column.iter().map(|c| most * c).collect::<Vec<f64>>()))
         .unzip();
+    if causes.is_empty() {
+        return Err(Error::input("no kind of cause is left to plan for").at_key("--without").help("leave some of the kinds in"));
+    }
     let odds = (problem.settings.certain / (1.0 - problem.settings.certain)).ln();
     let among = (causes.len() as f64 / problem.settings.expected_causes).max(1.0).ln();
-    let view = View {
+    let detection = Detection {
         columns: &columns,
         errors: &errors,
         looseness: Looseness { wandering: 0.0, ..problem.settings.usual },
@@ -140,10 +142,10 @@ pub fn plan(problem: &Problem, progress: &dyn Progress) -> Result<Plan> {
         apart: (2.0 * odds).sqrt() + NINE_OF_TEN,
     };
     let usual = reads(&|k| k < own);
-    let without = view.of(&usual)?;
+    let without = detection.of(&usual)?;
     progress.say("one sensor more");
     let further = |(n, proposed): (usize, &Proposed)| -> Result<FurtherSensor> {
-        let with = view.of(&reads(&|k| k < own || k == own + n))?;
+        let with = detection.of(&reads(&|k| k < own || k == own + n))?;
         let more = |with: usize, without: usize| with.saturating_sub(without);
         Ok(FurtherSensor {
             name: proposed.name.clone(),
@@ -158,7 +160,7 @@ pub fn plan(problem: &Problem, progress: &dyn Progress) -> Result<Plan> {
     further.truncate(MOST);
     let detectable = |(c, length): &(usize, f64)| {
         let h = causes[*c];
-        let share = if h.is_fixed() { 1.0 } else { view.seen / length };
+        let share = if h.is_fixed() { 1.0 } else { detection.seen / length };
         let change = usual.iter().fold(0.0, |most: f64, i| most.max((share * columns[*c][*i]).abs()));
         Detectable { hypothesis: h.clone(), least: share * most(h), change }
     };
@@ -173,11 +175,13 @@ pub fn plan(problem: &Problem, progress: &dyn Progress) -> Result<Plan> {
     })
 }
 
-/// Whether a cause is an error of a sensor that does not exist yet.
-fn is_of(h: &Hypothesis, proposed: &[Proposed]) -> bool {
-    proposed.iter().any(|own| {
-        h.place == own.name || h.place.starts_with(&format!("{} - ", own.name)) || h.place.ends_with(&format!(" - {}", own.name))
-    })
+/// Whether a cause is an error of sensors among the first `own` ones of the data, or of none.
+fn is_among(h: &Hypothesis, own: usize) -> bool {
+    match h.sensor() {
+        Some(Sensor::Offset(k) | Sensor::Gain(k) | Sensor::Surroundings(k) | Sensor::Lag(k)) => k < own,
+        Some(Sensor::Swap(a, b)) => a < own && b < own,
+        Some(Sensor::All) | None => true,
+    }
 }
 
 /// The problem with every sensor that its machine could have, all of them read in every row as the machine predicts.
@@ -200,7 +204,7 @@ fn with_further(problem: &Problem) -> Result<(Problem, Vec<Proposed>)> {
 }
 
 /// Causes at their largest amplitudes beside the errors of readings.
-struct View<'a> {
+struct Detection<'a> {
     /// Change of every reading with each cause, K.
     columns: &'a [Vec<f64>],
     errors: &'a Errors,
@@ -210,16 +214,16 @@ struct View<'a> {
     apart: f64,
 }
 
-/// What some readings see.
-struct Vision {
+/// Causes that some readings detect.
+struct Detected {
     /// Causes that are seen, with their lengths in standard deviations, the longest first.
     seen: Vec<(usize, f64)>,
     /// Causes that cannot be told from the first one of their group, by their places among those that are seen.
     groups: Vec<Vec<usize>>,
 }
 
-impl View<'_> {
-    fn of(&self, readings: &[usize]) -> Result<Vision> {
+impl Detection<'_> {
+    fn of(&self, readings: &[usize]) -> Result<Detected> {
         let open = || Error::numerics("the covariance of the readings is not positive: state their noise");
         let errors = self.errors.of_readings(readings);
         let rows = Rows::under(&errors, self.looseness).ok_or_else(open)?;
@@ -248,6 +252,6 @@ impl View<'_> {
                 None => groups.push(vec![n]),
             }
         }
-        Ok(Vision { seen, groups })
+        Ok(Detected { seen, groups })
     }
 }

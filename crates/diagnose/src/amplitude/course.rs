@@ -119,7 +119,7 @@ impl Courses<'_> {
             let sum: f64 = group.iter().map(|(_, a)| a).sum();
             let mean = group.iter().map(|(at, a)| at * a).sum::<f64>() / sum;
             let (from, to) = (group[0].0 - near, group[group.len() - 1].0 + near);
-            // What sets in and stops again is no instant.
+            // A cause that sets in and stops again has no instant.
             match (from..=to).contains(&mean) {
                 true => found.push(mean),
                 false => found.extend(group.iter().map(|(at, _)| *at)),

@@ -57,7 +57,7 @@ pub struct LogNoise {
 }
 
 impl Errors {
-    /// The same of some readings of a table, rising.
+    /// Errors of some readings of a table, given by their places, which rise.
     pub fn of_readings(&self, readings: &[usize]) -> Self {
         let of = |column: &Vec<f64>| readings.iter().map(|i| column[*i]).collect::<Vec<f64>>();
         let all = |columns: &[Vec<f64>]| columns.iter().map(of).collect();

@@ -26,7 +26,7 @@ pub(super) fn with_proposed(problem: &Problem, alive: &[&Explanation]) -> Result
     with(problem, proposed)
 }
 
-/// The same with every place of the machine.
+/// A diagnosis of a machine that has a sensor in every place without one.
 pub(crate) fn with_all_proposed(problem: &Problem) -> Result<Option<(Problem, Vec<Proposed>)>> {
     let machine = &problem.study.model.machine;
     let parts: Vec<&String> = machine.parts.iter().map(|p| &p.name).chain(machine.nodes.iter().map(|n| &n.name)).collect();

@@ -42,7 +42,7 @@ const MOMENTS_OF_CELLS: usize = 32;
 /// Instants of a test at which effects are followed in a machine of lumped nodes, count. Chosen: they cost little there.
 const MOMENTS_OF_NODES: usize = 64;
 /// Instants of a test at which effects are followed in a machine of lumped nodes if conditions never rest, count. Chosen:
-/// limits the time.
+/// four times more took three times as long in two months of a lumped machine, and named the same contact.
 const MOMENTS_OF_MANY_TURNS: usize = 2048;
 
 /// Ends of the time steps in which the logs of each test were run, s.
