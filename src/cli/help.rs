@@ -52,8 +52,11 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
     ),
     (
         "diagnose",
-        &["coldplate diagnose examples/tutorial/machine.toml examples/tutorial/readings.csv --out out/extended.toml \
-           --report out/diagnosis.html"],
+        &[
+            "coldplate diagnose --plan examples/tutorial/machine.toml examples/tutorial/readings.csv",
+            "coldplate diagnose examples/tutorial/machine.toml examples/tutorial/readings.csv --out out/extended.toml \
+             --report out/diagnosis.html",
+        ],
     ),
     ("update", &["coldplate update out/tutorial/surrogate.cps examples/tutorial/readings.csv --out out/updated.cps --anyway"]),
     (
@@ -137,6 +140,7 @@ const HEADINGS: &[(&str, &[&str])] = &[
             "within",
             "passes",
             "new.from",
+            "diagnose.plan",
         ],
     ),
     ("Search", &["amplitudes", "identify.free", "scan", "starts", "brief", "max_degree", "seed"]),
