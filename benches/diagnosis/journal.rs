@@ -4,16 +4,23 @@ use std::fs::{File, OpenOptions};
 use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::PathBuf;
 
-use crate::run::Record;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 
-/// Cases that are done.
-pub struct Journal {
-    file: File,
-    /// What the file holds.
-    pub records: Vec<Record>,
+/// What a journal holds lines of.
+pub trait Entry: Serialize + DeserializeOwned {
+    /// Whether it is of the case of a seed.
+    fn is_of(&self, seed: u64) -> bool;
 }
 
-impl Journal {
+/// Cases that are done.
+pub struct Journal<E> {
+    file: File,
+    /// What the file holds.
+    pub records: Vec<E>,
+}
+
+impl<E: Entry> Journal<E> {
     /// Opens or begins one. A last line that a killed run left half written is cut off.
     pub fn open(path: PathBuf) -> Self {
         let opened = OpenOptions::new().read(true).append(true).create(true).open(&path);
@@ -33,11 +40,11 @@ impl Journal {
 
     /// Whether a case is done.
     pub fn holds(&self, seed: u64) -> bool {
-        self.records.iter().any(|record| record.seed == seed)
+        self.records.iter().any(|record| record.is_of(seed))
     }
 
     /// Writes a case down.
-    pub fn add(&mut self, record: Record) {
+    pub fn add(&mut self, record: E) {
         let line = serde_json::to_string(&record).expect("a record is plain data") + "\n";
         self.file.write_all(line.as_bytes()).and_then(|()| self.file.sync_data()).expect("the journal can be written");
         self.records.push(record);

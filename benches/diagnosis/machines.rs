@@ -95,6 +95,25 @@ impl Setting {
         Document::parse(text, format!("{}.toml", self.name)).expect("a machine of the benchmark")
     }
 
+    /// A size of a part or channel that is larger or smaller by `least` to `most` of itself: its place, and the line of the machine file.
+    pub fn one_size(&self, least: f64, most: f64, random: &mut Random) -> Option<(String, (String, String))> {
+        let factor = 1.0 + between(random, least, most) * if random.unit() < 0.5 { -1.0 } else { 1.0 };
+        let size = &self.sizes[random.below(self.sizes.len())];
+        let (key, value) = match size {
+            Size::Box(key, edges, free) => {
+                let may: Vec<usize> = (0..3).filter(|i| free[*i]).collect();
+                let changed = may[random.below(may.len())];
+                let edge = |(i, e): (usize, &f64)| format!("\"{:.4} mm\"", if i == changed { e * factor } else { *e });
+                (*key, format!("[{}]", edges.iter().enumerate().map(edge).collect::<Vec<_>>().join(", ")))
+            }
+            Size::Number(key, value, unit) => (*key, format!("\"{:.6} {unit}\"", value * factor)),
+        };
+        let place = key.split('.').nth(1)?.to_string();
+        // Conductances and capacities of lumped nodes are kinds of the catalogue.
+        let is_shape = key.starts_with("part.") || key.starts_with("channel.");
+        is_shape.then(|| (place, (key.to_string(), value)))
+    }
+
     /// Lines of the machine file that make every size up to `most` of it larger or smaller.
     pub fn resized(&self, most: f64, random: &mut Random) -> Vec<(String, String)> {
         let mut factor = || 1.0 + between(random, -most, most);

@@ -12,6 +12,7 @@ use coldplate_explore::simulate::Start;
 use serde::{Deserialize, Serialize};
 
 use crate::draw::{Drawn, Family, draw};
+use crate::journal::Entry;
 use crate::unkind::Unkindness;
 use coldplate_testing::twin::Hidden;
 use coldplate_testing::twin::score::{Score, score};
@@ -27,6 +28,12 @@ pub struct Record {
     pub error: Option<String>,
     pub seconds: f64,
     pub answer: Option<Answer>,
+}
+
+impl Entry for Record {
+    fn is_of(&self, seed: u64) -> bool {
+        self.seed == seed
+    }
 }
 
 /// What was asked and answered.
@@ -56,6 +63,8 @@ pub struct Answer {
     pub confident: bool,
     pub misnamed: bool,
     pub misplaced: bool,
+    pub wrong_law: bool,
+    pub is_known: bool,
     pub stated: f64,
     pub covered: Option<bool>,
     pub off: Option<f64>,
@@ -100,9 +109,10 @@ pub fn case(seed: u64, is_shown: bool) -> Record {
     record
 }
 
-fn answer(drawn: &Drawn, found: &Diagnosis) -> Answer {
+/// An answer beside what was hidden.
+pub fn answer(drawn: &Drawn, found: &Diagnosis) -> Answer {
     let Drawn { case, family, setting, unkind, unseen, floor } = drawn;
-    let Score { detected, group, exact, right, named, in_set, confident, misnamed, misplaced, stated, covered, d, off } =
+    let Score { detected, group, exact, right, named, in_set, confident, misnamed, misplaced, wrong_law, is_known, stated, covered, d, off } =
         score(case, found);
     let told = |h: &Hidden| match &h.outside {
         Some(words) => format!("{words} at {}", h.place),
@@ -137,6 +147,8 @@ fn answer(drawn: &Drawn, found: &Diagnosis) -> Answer {
         confident,
         misnamed,
         misplaced,
+        wrong_law,
+        is_known,
         stated,
         covered,
         off,

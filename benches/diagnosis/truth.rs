@@ -62,6 +62,7 @@ impl Truth {
         let width = self.data.sensors.len();
         let data = match memory {
             Some(Memory::Lag(lag)) => self.late(lag),
+            Some(Memory::Clock(behind)) => self.behind(behind),
             _ => self.data.clone(),
         };
         let lines: Vec<(String, String)> = hidden.iter().flat_map(|h| h.lines.clone()).collect();
@@ -75,10 +76,18 @@ impl Truth {
                 values[own.clone()].copy_from_slice(&without[own]);
             }
         }
+        // Rows that were measured before: those that the program never sees come last.
+        let before = match memory {
+            Some(Memory::From(share)) => {
+                let seen = data.rows.iter().filter(|row| !row.test.starts_with("unseen")).count();
+                (share * seen as f64).ceil() as usize * width
+            }
+            _ => 0,
+        };
         // A gain or an offset belongs to the sensor: wires are exchanged behind it.
         let (exchanged, own): (Vec<&Hidden>, Vec<&Hidden>) = hidden.iter().partition(|h| h.kind == "swapped sensors");
         own.iter().chain(&exchanged).for_each(|h| {
-            h.read(&mut values, width);
+            h.read(&mut values[before..], width);
             if let (Some((k, lag, _)), "sensor lag") = (h.sensor, h.kind.as_str()) {
                 self.follow(&mut values, k, lag);
             }
@@ -120,6 +129,22 @@ impl Truth {
             si[v] = value;
             row.condition = Condition::from_si(si);
             shown = Some((row.test.clone(), time, value));
+        }
+        data
+    }
+
+    /// The same conditions with readings that are taken later than their times say. Each test begins in its steady state, so that the logger
+    /// shows that a while longer.
+    fn behind(&self, behind: f64) -> Data {
+        let mut data = self.data.clone();
+        for r in 0..data.rows.len() {
+            let (test, time) = (&self.data.rows[r].test, self.data.rows[r].time.unwrap_or(0.0) - behind);
+            let own = self.data.rows.iter().filter(|row| row.test == *test);
+            // The last condition that was there at that time.
+            let at = own.clone().take_while(|row| row.time.unwrap_or(0.0) <= time).last().or_else(|| own.clone().next());
+            if let Some(at) = at {
+                data.rows[r].condition = at.condition.clone();
+            }
         }
         data
     }

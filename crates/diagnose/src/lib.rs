@@ -47,6 +47,7 @@ use coldplate_explore::simulate::Start;
 use coldplate_solve::sensitivity::UncertainNumber;
 use coldplate_solve::study::{MachineParameter, Study};
 
+use amplitude::Beside;
 pub use amplitude::{AmplitudeSettings, Aside, Looseness, PlaceAndKind, PlaceSet, Places, Way, places};
 pub use answer::{LeftOut, Rung, WhereLeft, diagnose};
 pub use decide::{Certainty, Level, Verdict};
@@ -185,6 +186,37 @@ impl Problem {
         let divided = DividedData::held_out(&self.data, texts)?;
         let places = divided.kept.iter().map(|r| self.places.get(*r).copied().unwrap_or(*r)).collect();
         Ok((Self { data: divided.fitted.clone(), places, ..self }, divided))
+    }
+
+    /// The same with logs that begin in the steady state, or at the first readings of each part, whichever their readings ask for. A start that
+    /// is read off the readings explains the first of them by itself, whatever these are: they count as if they lay anywhere in the range of
+    /// readings. So the steady state gives way only where what follows contradicts it beside any single cause.
+    ///
+    /// # Errors
+    /// The machine as it is cannot be solved at the data's conditions.
+    pub fn begun(self, progress: &dyn Progress) -> Result<Self> {
+        if !self.data.is_transient() {
+            return Ok(self);
+        }
+        progress.say("the state that the logs begin with");
+        let thin = Self { data: thinned(&self.data, MOST_READINGS), ..self.clone() };
+        let log_posterior = |start: Start| -> Result<f64> {
+            let problem = Self { start, ..thin.clone() };
+            Ok(Beside::of(&problem)?.best_single(&problem.settings))
+        };
+        let steady = log_posterior(Start::Steady)?;
+        let Ok(begun) = log_posterior(Start::Parts) else { return Ok(self) };
+        let anywhere = |noise: f64| (self.settings.wrong_range / (noise.max(f64::MIN_POSITIVE) * std::f64::consts::TAU.sqrt())).ln();
+        let firsts: f64 = self
+            .data
+            .tests()
+            .iter()
+            .filter_map(|test| self.data.rows.iter().find(|row| row.test == *test))
+            .flat_map(|row| row.readings.iter().zip(&self.uncertainty.noise).filter(|(reading, _)| reading.is_some()))
+            .map(|(_, noise)| anywhere(*noise))
+            .sum();
+        let start = if begun - firsts > steady { Start::Parts } else { Start::Steady };
+        Ok(Self { start, ..self })
     }
 
     /// The same with logs thinned to about [`MOST_READINGS`].

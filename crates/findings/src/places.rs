@@ -6,6 +6,7 @@ use super::Findings;
 use super::estimate::EstimateRecord;
 use coldplate_base::numbers::significant;
 use coldplate_base::units::Measurand;
+use coldplate_describe::machine::Priors;
 use coldplate_diagnose::{AmplitudeSettings, Aside, Cause, Law, PlaceAndKind, PlaceSet, Places, Problem, Way};
 use coldplate_evidence::measurement::ReadingRow;
 
@@ -16,7 +17,7 @@ const LEAST_TOLD: f64 = 0.01;
 /// Rows of a log whose amplitudes are told, about.
 const ROWS_TOLD: usize = 12;
 
-/// Part of an answer that `--amplitudes` adds.
+/// What a search for places and kinds found, and what it assumed.
 #[derive(Debug, Clone, Serialize)]
 #[allow(missing_docs)]
 pub struct PlacesRecord {
@@ -28,6 +29,8 @@ pub struct PlacesRecord {
     pub sets: Vec<PlaceSetRecord>,
     /// Constants that decide the answer.
     pub settings: AmplitudeSettings,
+    /// How large causes are usually, SI: the machine file's `[prior]`, or the usual.
+    pub priors: Priors,
 }
 
 /// A set of places and kinds.
@@ -186,7 +189,13 @@ pub fn record(found: &Findings<'_>) -> PlacesRecord {
         wandering: set.looseness.wandering,
         set_aside: set.aside.iter().map(|own| aside_record(found.problem, own)).collect(),
     });
-    PlacesRecord { tried: places.tried, by_slope: places.by_slope, sets: sets.collect(), settings: found.problem.settings.clone() }
+    PlacesRecord {
+        tried: places.tried,
+        by_slope: places.by_slope,
+        sets: sets.collect(),
+        settings: found.problem.settings.clone(),
+        priors: found.problem.study.model.machine.priors,
+    }
 }
 
 /// A part that is set aside, for outside programs.

@@ -478,11 +478,15 @@ fn method(section: &mut ReportSection, found: &Findings<'_>) {
     section.facts(constants(found));
 }
 
-/// Constants that decide the answer, by name.
+/// Constants that decide the answer, and how large causes are usually, by name.
 fn constants(found: &Findings<'_>) -> Vec<(String, String)> {
-    let record = serde_json::to_value(&found.problem.settings).unwrap_or_default();
-    let all = record.as_object().map(|fields| fields.iter().map(|(name, value)| (name.replace('_', " "), value.to_string())).collect());
-    all.unwrap_or_default()
+    let settings = serde_json::to_value(&found.problem.settings).unwrap_or_default();
+    let priors = serde_json::to_value(found.problem.study.model.machine.priors).unwrap_or_default();
+    let named = |(name, value): (&String, &serde_json::Value), before: &str| (format!("{before}{}", name.replace('_', " ")), value.to_string());
+    let of = |record: &serde_json::Value, before: &str| -> Vec<(String, String)> {
+        record.as_object().map(|fields| fields.iter().map(|field| named(field, before)).collect()).unwrap_or_default()
+    };
+    [of(&settings, ""), of(&priors, "usual ")].concat()
 }
 
 fn provenance(section: &mut ReportSection, found: &Findings<'_>) {

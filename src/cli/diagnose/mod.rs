@@ -18,6 +18,7 @@ use coldplate_figures::chart::output::check_name;
 use coldplate_findings::input::{costs, kind_named, uncertain, user_kinds};
 use coldplate_findings::places;
 use coldplate_jobs::refit;
+use coldplate_explore::simulate::Start;
 use coldplate_solve::study::{StateTables, Study};
 
 /// Errors of the simulation against measured data: the cause by name, the extended machine and its gain
@@ -46,9 +47,9 @@ pub struct Args {
     #[command(flatten)]
     readings: DataArgs,
     /// The state logs begin with: "steady", "readings" (each test at the mean of its first readings), "parts" (each part and node
-    /// at the mean of those of its own sensors), or a temperature
-    #[arg(long, value_name = "STATE", default_value = "steady")]
-    from: String,
+    /// at the mean of those of its own sensors), or a temperature (default: steady or parts, whichever the readings ask for)
+    #[arg(long, value_name = "STATE")]
+    from: Option<String>,
     /// Write the extended machine here (default: beside the machine file, as NAME.extended.toml); never over a file
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -109,7 +110,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         table => command_input::data(table.as_deref(), &args.readings.between(), machine)?,
     };
     let uncertainty = measured::uncertainty(args.data.as_deref(), &args.machine, &data, machine, out)?;
-    let start = command_input::start(&args.from)?;
+    let start = args.from.as_deref().map(command_input::start).transpose()?;
     let mut uncertain = args.uncertain.iter().map(|text| uncertain(text, &study)).collect::<Result<Vec<_>>>()?;
     // A deviation on the command line replaces the one in the file.
     let of_file = study.uncertain()?.into_iter().filter(|own| uncertain.iter().all(|said| said.parameter.name != own.parameter.name));
@@ -121,12 +122,19 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let without = args.without.iter().map(|kind| kind_named(kind, &study, &data, &user)).collect::<Result<Vec<_>>>()?;
     let mut problem = Problem::new(study, data);
     (problem.uncertainty, problem.uncertain, problem.user) = (uncertainty, uncertain, user);
-    (problem.start, problem.without) = (start, without);
+    problem.without = without;
+    problem.start = start.unwrap_or(problem.start);
     if args.plan {
         return plan::run(&problem, out);
     }
     if let Some(path) = &args.costs {
         problem.costs = costs(path)?;
+    }
+    if start.is_none() {
+        problem = problem.begun(&out.progress())?;
+        if problem.start == Start::Parts {
+            out.note("note: the logs do not begin in the steady state: each part begins at its first readings; --from steady says otherwise");
+        }
     }
     if args.keep_all {
         problem.settings.most_wrong = 0.0;

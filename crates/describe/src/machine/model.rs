@@ -13,6 +13,7 @@ use super::parts::{Face, LumpedNode, Material, Part, Place};
 use super::readings::{MachineLimit, Measurement, Sensor};
 use super::sources::Source;
 use super::symbols::Symbols;
+use super::prior::Priors;
 use super::uncertain::{Correlation, ModelError, SharedFactor};
 use super::variables::{DescribedVariable, Drive, NamedFormula};
 use coldplate_base::error::{Error, Result};
@@ -78,6 +79,8 @@ pub struct Machine {
     pub correlations: Vec<Correlation>,
     /// Standard deviations of the model error.
     pub model_error: ModelError,
+    /// How large causes of an error usually are.
+    pub priors: Priors,
     /// Number of cells aimed at when the caller does not say.
     pub default_cells: usize,
     /// Largest error of a reading from the mesh, K, if the file states it in place of a number of cells.

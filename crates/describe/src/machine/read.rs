@@ -21,6 +21,7 @@ use super::sensors::{limits, measurements, nodes, sensors};
 use super::shape::{distance, overlap};
 use super::sources::sources;
 use super::symbols::Symbols;
+use super::prior::priors;
 use super::uncertain::{check_places, correlations, model_error, shared_factors};
 use super::variables::{definitions, drives, formula_or, variables};
 use coldplate_base::document::{Document, Section};
@@ -119,6 +120,7 @@ fn machine(document: &Document) -> Result<Machine> {
     let measurements = measurements(&root, &variables, &sensors)?;
     let (shared_factors, correlations) = (shared_factors(&root)?, correlations(&root)?);
     let model_error = model_error(&root, &sensors, &variables)?;
+    let priors = priors(&root)?;
     let assumption = |a: coldplate_base::document::Assumed| Assumption { key: a.key, value: a.value, reason: a.reason };
     let assumptions = document.assumptions()?.into_iter().map(assumption).collect();
     let mut machine = Machine {
@@ -151,6 +153,7 @@ fn machine(document: &Document) -> Result<Machine> {
         shared_factors,
         correlations,
         model_error,
+        priors,
         default_cells,
         accuracy,
         symbols,

@@ -6,7 +6,7 @@ use std::sync::{Arc, OnceLock};
 use rayon::prelude::*;
 
 use super::course::Courses;
-use super::evidence::Explained;
+use super::evidence::{Explained, Freedom};
 use super::force;
 use super::gross::Gross;
 use super::laws::{Laws, Rule};
@@ -32,6 +32,8 @@ use coldplate_network::Load;
 
 /// Amplitudes at which the machine is solved for each cause that bends, in units of its scale.
 const KNOTS: [f64; 6] = [-5.0, -2.5, -1.0, 1.0, 2.5, 5.0];
+/// The same of one that can only be more, which may be any number of times the usual.
+const KNOTS_OF_MORE: [f64; 6] = [1.0, 2.5, 5.0, 15.0, 50.0, 150.0];
 /// Sets of each size that are fitted about the machine with the set in force.
 const REFINED: usize = 10;
 /// Sets of each size that are so fitted to tables of a machine of cells, and to its logs, where each takes several runs.
@@ -40,6 +42,8 @@ const REFINED_OF_CELLS: [usize; 2] = [6, 3];
 /// row has its own amplitude. A path, a film or a contact changes a row's readings by one pattern, however large it is; its size bends, which
 /// the amplitudes of the rows take up.
 const RUN_OF_CELLS: [usize; 2] = [48, 12];
+/// Sets of a log whose posterior is further behind the best one of their size, in logarithms, say nothing of the answer.
+const COUNTS: f64 = 10.0;
 /// Sets that are reported.
 const MOST_SETS: usize = 12;
 
@@ -113,21 +117,42 @@ impl<'p> Beside<'p> {
         }
     }
 
+    /// Causes that show, each with the change of the readings with it, K per unit.
+    fn visible(&self) -> Vec<(&Hypothesis, &Vec<f64>)> {
+        let known = self.catalogue.iter().zip(&self.base.found.columns);
+        known.filter(|(_, column)| column.iter().any(|c| c.abs() > 1e-9)).collect()
+    }
+
+    fn sizes(&self, visible: &[(&Hypothesis, &Vec<f64>)]) -> Vec<Sizing> {
+        let network = &self.problem.study.model.network;
+        visible.iter().map(|(h, _)| Sizing::of(h, network, is_straight(h))).collect()
+    }
+
+    /// Logarithm of the posterior of the best single cause of a log, or of none, each with an amplitude that is alike in all rows.
+    pub fn best_single(&self, settings: &AmplitudeSettings) -> f64 {
+        let (predictor, visible) = (self.predictor(), self.visible());
+        let sizes = self.sizes(&visible);
+        let log = Log::new(self.problem, &predictor, (&self.base, &self.catalogue), (&visible, &sizes), settings);
+        let (errors, rows) = (log.errors(), rows_that_count(&self.problem.data).len());
+        let means = candidates(&predictor, &visible, &sizes, self.problem.study.model.mesh.cells == 0);
+        let in_time = |own: Candidate| own.in_time(Vec::new(), false);
+        let means: Vec<Candidate> = means.into_iter().map(in_time).collect();
+        let profiles = Profiles::constant(rows);
+        let search = Search::new(&errors, &self.base.found.residual, &means, settings, None, (&profiles, &profiles), None);
+        let nothing = search.nothing();
+        search.singles(&nothing).first().map_or(f64::NEG_INFINITY, Fit::log_posterior).max(nothing.log_posterior())
+    }
+
     /// Places and kinds by evidence.
     pub fn places(&self, settings: &AmplitudeSettings, progress: &dyn Progress) -> Places {
         let predictor = self.predictor();
         let (problem, base) = (self.problem, &self.base);
         progress.say(&format!("{} places and kinds, each at several amplitudes", self.catalogue.len()));
-        let known = self.catalogue.iter().zip(&base.found.columns);
-        let visible: Vec<(&Hypothesis, &Vec<f64>)> = known.filter(|(_, column)| column.iter().any(|c| c.abs() > 1e-9)).collect();
-        let (network, is_log) = (&problem.study.model.network, problem.data.is_transient());
-        let sizes: Vec<Sizing> = visible.iter().map(|(h, _)| Sizing::of(h, network, is_straight(h))).collect();
+        let visible = self.visible();
+        let is_log = problem.data.is_transient();
+        let sizes = self.sizes(&visible);
         let is_costly = problem.study.model.mesh.cells > 0;
-        let mut candidates: Vec<Candidate> =
-            visible.par_iter().zip(&sizes).map(|(own, size)| candidate(&predictor, *own, *size, !is_costly)).collect();
-        let mut of_kind: HashMap<&str, usize> = HashMap::new();
-        visible.iter().for_each(|(h, _)| *of_kind.entry(h.kind()).or_default() += 1);
-        candidates.iter_mut().zip(&visible).for_each(|(own, (h, _))| own.rate = h.rate(of_kind[h.kind()]));
+        let mut candidates = candidates(&predictor, &visible, &sizes, !is_costly);
         let residual = &base.found.residual;
         let in_time = |log: &Log<'_>, along: &[Vec<Vec<f64>>], m: usize, own: Candidate| {
             let may_run = own.may_run && force::runs(&predictor, visible[m].0);
@@ -217,9 +242,12 @@ struct Found<'a> {
 impl Found<'_> {
     /// Sets of a log, most probable first, each with the course of its amplitudes. Errors of a log wander in ways that no model of them has, and
     /// thousands of readings count each of these as evidence for one place more. So a further place must make stretches of time that are kept
-    /// out more probable by more than the standard error of that.
+    /// out more probable by more than the standard error of that, and so must each law and curve that it follows.
     fn in_time(&self, all: Vec<Fit>) -> (Vec<PlaceSet>, Scales) {
         let (best, _) = best_of_each_size(all);
+        let most = |size: usize| best.iter().filter(|fit| fit.members.len() == size).map(Fit::log_posterior).fold(f64::NEG_INFINITY, f64::max);
+        let counts = |fit: &&Fit| fit.log_posterior() > most(fit.members.len()) - COUNTS;
+        let best: Vec<Fit> = best.par_iter().filter(counts).map(|fit| self.without_idle_laws(fit)).collect();
         let densities: Vec<Vec<f64>> = best.par_iter().map(|fit| seen(self.search, fit).1).collect();
         let is_less =
             |less: &Fit, fit: &Fit| less.members.len() + 1 == fit.members.len() && less.members.iter().all(|m| fit.members.contains(m));
@@ -247,6 +275,29 @@ impl Found<'_> {
             PlaceSet { ways: vec![way], probability, ..set }
         };
         (most_probable(found, |(fit, _)| fit).map(told).collect(), named)
+    }
+
+    /// A fit to a log without the laws and curves that do not make stretches of time that are kept out more probable, the idlest first.
+    fn without_idle_laws(&self, fit: &Fit) -> Fit {
+        let mut fit = fit.clone();
+        loop {
+            let own = seen(self.search, &fit).1;
+            let search = self.search.with_errors_of(&fit);
+            let idle = |freedoms: Vec<Freedom>| {
+                let less = search.fit_from(Fit { freedoms, ..fit.clone() }, true);
+                let (sum, error) = sum_and_error(&difference(&own, &seen(self.search, &less).1));
+                (less.log_evidence.is_finite() && sum <= error).then_some((sum - error, less))
+            };
+            let tried = (0..fit.members.len()).flat_map(|m| {
+                let with = |own: Freedom| fit.freedoms.iter().enumerate().map(|(k, f)| if k == m { own } else { *f }).collect::<Vec<Freedom>>();
+                fit.freedoms[m].with_one_less().into_iter().map(with).collect::<Vec<_>>()
+            });
+            let found: Vec<(f64, Fit)> = tried.collect::<Vec<_>>().into_par_iter().filter_map(idle).collect();
+            match found.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)) {
+                Some((_, less)) => fit = less,
+                None => return fit,
+            }
+        }
     }
 
     fn is_writable(&self, causes: &[Cause], scales: &Scales) -> bool {
@@ -404,6 +455,21 @@ fn is_straight(h: &Hypothesis) -> bool {
     h.is_fixed() || h.reads_course() || matches!(h.effect, Effect::Heat(_) | Effect::User(_))
 }
 
+/// Causes with their answers, each as often to blame as its kind is.
+fn candidates(
+    predictor: &Predictor<'_>,
+    visible: &[(&Hypothesis, &Vec<f64>)],
+    sizes: &[Sizing],
+    is_solved: bool,
+) -> Vec<Candidate> {
+    let mut of_kind: HashMap<&str, usize> = HashMap::new();
+    visible.iter().for_each(|(h, _)| *of_kind.entry(h.kind()).or_default() += 1);
+    let one = |(own, size): (&(&Hypothesis, &Vec<f64>), &Sizing)| {
+        Candidate { rate: own.0.rate(of_kind[own.0.kind()]), ..candidate(predictor, *own, *size, is_solved) }
+    };
+    visible.par_iter().zip(sizes).map(one).collect()
+}
+
 /// A cause with its answer: straight where heats, offsets and exchanges are, else solved at several amplitudes, if it is to be.
 fn candidate(predictor: &Predictor<'_>, (h, column): (&Hypothesis, &Vec<f64>), size: Sizing, is_solved: bool) -> Candidate {
     let (low, high) = if h.is_fixed() { (0.0, 1.0) } else { h.range() };
@@ -412,7 +478,8 @@ fn candidate(predictor: &Predictor<'_>, (h, column): (&Hypothesis, &Vec<f64>), s
     let mut answer = Answer::Straight(slope.clone());
     if is_solved && !is_straight(h) {
         let at = |knot: &f64| Some((*knot, difference(&predictor.predict(&[(h, size.amplitude(*knot))]).ok()?, predictor.predicted)));
-        let mut solved: Vec<(f64, Vec<f64>)> = KNOTS.iter().filter(|k| **k >= range.0 && **k <= range.1).filter_map(at).collect();
+        let knots = if h.is_signed { KNOTS } else { KNOTS_OF_MORE };
+        let mut solved: Vec<(f64, Vec<f64>)> = knots.iter().filter(|k| **k >= range.0 && **k <= range.1).filter_map(at).collect();
         solved.push((0.0, vec![0.0; column.len()]));
         solved.sort_by(|a, b| a.0.total_cmp(&b.0));
         if solved.len() > 2 {
@@ -425,7 +492,7 @@ fn candidate(predictor: &Predictor<'_>, (h, column): (&Hypothesis, &Vec<f64>), s
     let may_follow = !h.is_sensor() && h.unit != "K";
     let may_wander = may_follow && !matches!(h.effect, Effect::Heat(_) | Effect::User(_));
     let (is_signed, may_run) = (h.is_signed && !h.is_fixed(), h.law == h.effect.usual_law());
-    Candidate { answer, is_signed, is_fixed: h.is_fixed(), range, rate: 1.0, may_wander, may_follow, may_run }
+    Candidate { answer, is_signed, is_fixed: h.is_fixed(), range, has_tails: h.has_tails(), rate: 1.0, may_wander, may_follow, may_run }
 }
 
 /// Rising numbers, counted from zero without gaps.

@@ -39,7 +39,7 @@ impl Search<'_> {
         let is_smooth = |(own, _): &(Curve, f64)| curves.contains(own);
         let curve = |f: &Freedom| f.curve.filter(is_smooth).map_or(0.0, |_| s.choice_price + (curves.len() as f64).ln());
         let law = |f: &Freedom| f64::from(f.law.count_ones()) * (s.choice_price + (laws as f64).ln());
-        freedoms.iter().map(|f| chosen(f.freedom > 0.0) + chosen(f.size > s.sizes[0]) + curve(f) + law(f)).sum::<f64>()
+        freedoms.iter().map(|f| chosen(f.freedom > 0.0) + self.price_of_size(f.size) + curve(f) + law(f)).sum::<f64>()
             + s.spread_price * looseness.spread
             + s.disturbance_price * looseness.disturbance
             + s.wandering_price * looseness.wandering
@@ -80,13 +80,13 @@ impl Search<'_> {
     }
 
     /// Ways in which an amplitude may run over the rows, from one of them: another size or freedom, another curve, or another law.
-    pub(super) fn ways(&self, from: Freedom, with_curves: bool, candidate: &Candidate) -> [Vec<Freedom>; 3] {
+    pub(super) fn ways(&self, from: Freedom, with_curves: bool, (candidate, own): (&Candidate, &[f64])) -> [Vec<Freedom>; 3] {
         let s = self.settings;
         let freedoms = if self.is_log() || !candidate.may_run { &s.freedoms[..1] } else { &s.freedoms[..] };
         let of = |size: &f64| freedoms.iter().map(|freedom| Freedom { size: *size, freedom: *freedom, ..from }).collect::<Vec<_>>();
         // What acts by laws of the time may not be there beside them.
         let none = Some(0.0).filter(|_| self.profiles.laws().into_iter().any(|law| from.has(law) && self.profiles.is_when(law)));
-        let sizes = none.iter().chain(&s.sizes).flat_map(of).collect();
+        let sizes = none.iter().chain(&self.sizes(candidate, own)).flat_map(of).collect();
         let mut curves = Vec::new();
         let mut laws = Vec::new();
         if with_curves && candidate.may_run {
@@ -125,6 +125,7 @@ impl Search<'_> {
         &self,
         linear: &Linear,
         freedoms: &[Freedom],
+        amplitudes: &[Vec<f64>],
         (of, with_curves): (&[(usize, usize)], bool),
         looseness: Looseness,
     ) -> (Vec<Freedom>, f64) {
@@ -138,7 +139,7 @@ impl Search<'_> {
             // Laws grow by a variable at a time, as long as each is worth its price.
             for kind in [0, 1].into_iter().chain(std::iter::repeat_n(2, MOST_LAWS)) {
                 let before = best.1;
-                for tried in &self.ways(best.0[*m], with_curves, &self.candidates[*candidate])[kind] {
+                for tried in &self.ways(best.0[*m], with_curves, (&self.candidates[*candidate], &amplitudes[*m]))[kind] {
                     let mut freedoms = best.0.clone();
                     freedoms[*m] = *tried;
                     let Some(log) = explained.log_evidence(&freedoms, looseness) else { continue };

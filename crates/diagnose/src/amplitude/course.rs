@@ -40,16 +40,15 @@ impl Courses<'_> {
             Some((parts, number)) => {
                 let factors: Vec<Vec<f64>> = parts.iter().map(|part| part.factors(&rows)).collect();
                 let shares = coefficients(&factors.iter().map(Vec::as_slice).collect::<Vec<_>>(), &member.amplitudes);
-                let mut all = parts.into_iter().zip(shares).map(|(part, share)| (share / whole, part));
-                let first = all.next().unwrap_or((0.0, FoundLaw::One));
-                match all.next() {
-                    None => {
-                        (whole, deviation) = (whole * first.0, deviation * first.0.abs());
-                        (first.1, number)
+                let mut all: Vec<(f64, FoundLaw)> = parts.into_iter().zip(shares).map(|(part, share)| (share / whole, part)).collect();
+                match all.pop() {
+                    Some((share, only)) if all.is_empty() => {
+                        (whole, deviation) = (whole * share, deviation * share.abs());
+                        (only, number)
                     }
-                    Some(second) => {
-                        let both = FoundLaw::Sum(Box::new([first, second]));
-                        (all.fold(both, |sum, part| FoundLaw::Sum(Box::new([(1.0, sum), part]))), None)
+                    last => {
+                        all.extend(last);
+                        (FoundLaw::Sum(all), None)
                     }
                 }
             }

@@ -46,6 +46,13 @@ impl Freedom {
         self.law >> law & 1 == 1
     }
 
+    /// The same with one law or curve less, in every way that leaves something.
+    pub fn with_one_less(&self) -> Vec<Self> {
+        let laws = (0..u64::BITS as usize).filter(|law| self.has(*law)).map(|law| Self { law: self.law ^ 1 << law, ..*self });
+        let curve = self.curve.map(|_| Self { curve: None, ..*self });
+        laws.chain(curve).filter(|own| own.size > 0.0 || own.law != 0 || own.curve.is_some()).collect()
+    }
+
     /// Standard deviation of the coefficient of a function of the rows.
     fn of(&self, function: Function) -> f64 {
         match (function, self.curve) {

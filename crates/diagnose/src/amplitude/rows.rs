@@ -9,7 +9,7 @@
 
 use coldplate_base::numbers::significant;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SymmetricEigen};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -75,7 +75,7 @@ impl Errors {
 }
 
 /// What a model leaves open beside its causes, as the data have it.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Looseness {
     /// Standard deviation of the logarithm of every number of the machine.
     pub spread: f64,

@@ -39,6 +39,8 @@ pub struct Candidate {
     pub is_fixed: bool,
     /// Least and largest amplitude, in units of its scale.
     pub range: (f64, f64),
+    /// Whether it may be many times what is usual.
+    pub has_tails: bool,
     /// How often it is to blame, relative to others.
     pub rate: f64,
     /// Whether its amplitude may wander with the time of a log. A heat that does is the disturbance.
@@ -50,6 +52,11 @@ pub struct Candidate {
 }
 
 impl Candidate {
+    /// Whether its amplitude is a number of its own unit that may have any size: a path that the model lacks, and no factor.
+    fn is_scale_free(&self) -> bool {
+        self.has_tails && !self.is_signed
+    }
+
     /// The same in a log, with its slopes by functions of the rows, and whether its amplitude may run over these.
     pub fn in_time(self, along: Vec<Vec<f64>>, may_run: bool) -> Self {
         Self { answer: Answer::InTime(Box::new(self.answer), along), may_run, ..self }
@@ -186,6 +193,34 @@ impl<'a> Search<'a> {
         }
     }
 
+    /// How large an amplitude is: in logs the part of it that is alike in all rows, in tables that in the row that has most.
+    fn size_of(&self, own: &[f64]) -> f64 {
+        if self.is_log() { own.first().map_or(0.0, |a| a.abs()) } else { own.iter().fold(0.0, |most: f64, a| most.max(a.abs())) }
+    }
+
+    /// Largest size of an amplitude without tails.
+    fn largest_size(&self) -> f64 {
+        self.settings.sizes.iter().copied().fold(0.0, f64::max)
+    }
+
+    /// Sizes that are tried of an amplitude. What may be many times the usual has a prior with tails like 1/a²: beyond the sizes that all have it
+    /// has the one next to the amplitude, each three times the one before.
+    pub(super) fn sizes(&self, candidate: &Candidate, own: &[f64]) -> Vec<f64> {
+        let mut sizes = self.settings.sizes.clone();
+        let (least, most, amplitude) = (sizes[0], self.largest_size(), self.size_of(own));
+        if candidate.has_tails && amplitude > most && most > least {
+            let ratio = most / least;
+            sizes.push(least * ratio.powf((amplitude / least).log(ratio).ceil()));
+        }
+        sizes
+    }
+
+    /// What a size costs in log evidence.
+    pub(super) fn price_of_size(&self, size: f64) -> f64 {
+        let (least, most) = (self.settings.sizes[0], self.largest_size());
+        if size <= least { 0.0 } else { self.settings.choice_price * (size / least).ln() / (most / least).ln() }
+    }
+
     /// A fit about the machine with its set in force, again and again until the set stands where it is in force; it has no evidence where it
     /// does not come to rest. There causes act together, and with a heat that the model lacks one per cent of a conductance is more kelvin than
     /// without. What cannot be solved so keeps the fit.
@@ -206,7 +241,7 @@ impl<'a> Search<'a> {
             let begun = Fit { errors: Some(Arc::new(errors)), reference: Some(Arc::new(reference)), stands: false, ..fit };
             fit = self.with_errors_of(&begun).fit_from(begun.clone(), place >= CHOOSING_REFERENCES);
             let steps = fit.reference.iter().flat_map(|own| own.amplitudes.iter().zip(&fit.amplitudes)).flat_map(|(a, b)| a.iter().zip(b));
-            moved = steps.fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()));
+            moved = steps.fold(0.0, |most: f64, (a, b)| most.max((a - b).abs() / a.abs().max(1.0)));
             if !fit.log_evidence.is_finite() || moved < STANDS {
                 return fit;
             }
@@ -281,7 +316,7 @@ impl<'a> Search<'a> {
             let before = (fit.freedoms.clone(), fit.looseness);
             if !is_settled {
                 let all: Vec<(usize, usize)> = fit.members.iter().copied().enumerate().collect();
-                fit.freedoms = self.freest(&linear, &fit.freedoms, (&all, true), fit.looseness).0;
+                fit.freedoms = self.freest(&linear, &fit.freedoms, &fit.amplitudes, (&all, true), fit.looseness).0;
             }
             let near = (iteration > 0 || is_known && self.is_log()).then_some(fit.looseness);
             (fit.looseness, fit.log_evidence) = self.loosest(&linear, &fit.freedoms, near);
@@ -341,8 +376,11 @@ impl<'a> Search<'a> {
                 let is_bounded = !self.is_log() || i == 0;
                 let to = if is_bounded { to.clamp(candidate.range.0, candidate.range.1) } else { to };
                 let from = from.as_ref().map_or(*a, |from| from[i]);
-                let to = if is_straight { to } else { from + (to - from).clamp(-LONGEST_STEP, LONGEST_STEP) };
-                let step = to - *a;
+                // What may be any number of times the usual moves by as many times itself.
+                let unit = if candidate.is_scale_free() { from.abs().max(1.0) } else { 1.0 };
+                let longest = LONGEST_STEP * unit;
+                let to = if is_straight { to } else { from + (to - from).clamp(-longest, longest) };
+                let step = (to - *a) / unit;
                 *a = to;
                 if !is_straight {
                     most = most.max(step.abs());
@@ -379,7 +417,17 @@ impl<'a> Search<'a> {
             amplitudes.push(self.alike(knot));
             let linear = self.linear(&members, &amplitudes, fit.reference.as_deref());
             // In logs a cause may act by its law alone.
-            let (found, log_evidence) = self.freest(&linear, &freedoms, (&[(own, further)], self.is_log()), looseness);
+            let by = (&[(own, further)][..], self.is_log());
+            let (mut found, mut log_evidence) = self.freest(&linear, &freedoms, &amplitudes, by, looseness);
+            if candidate.has_tails
+                && let Some(asked) = self.asked(&linear, &found, looseness, own)
+                && asked > self.largest_size()
+            {
+                // The readings ask for far more than the prior knew.
+                let mut larger = amplitudes.clone();
+                larger[own] = self.alike(asked);
+                (found, log_evidence) = self.freest(&linear, &freedoms, &larger, by, looseness);
+            }
             if best.as_ref().is_none_or(|best| log_evidence > best.log_evidence) {
                 let log_prior = self.log_prior(&members);
                 let members = members.clone();
@@ -399,6 +447,15 @@ impl<'a> Search<'a> {
             }
         }
         best
+    }
+
+    /// How large the linear model asks a member to be.
+    fn asked(&self, linear: &Linear, freedoms: &[Freedom], looseness: Looseness, member: usize) -> Option<f64> {
+        let rows = self.rows_at(looseness);
+        let explained = Explained::new(rows, self.profiles, &linear.residual, &linear.slopes, &self.followed(freedoms));
+        let posterior = explained.posterior(freedoms, looseness)?;
+        let found = if self.is_log() { posterior.coefficients() } else { posterior.amplitudes() };
+        found.get(member).map(|own| self.size_of(own))
     }
 
     /// Every place and kind alone, fitted, most probable first.

@@ -1,10 +1,10 @@
 //! The constants that decide an answer: one record, each field with its unit and its reason.
 
 use super::rows::Looseness;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Constants of the diagnosis: of its search for places and kinds, and of its verdict.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct AmplitudeSettings {
     /// Spreads of the file's numbers that are tried, standard deviations of their logarithms. Numbers of a careful machine file are
     /// known to 1 or 2 %; beyond 8 % a number is no longer a number but a cause.

@@ -143,6 +143,7 @@ impl Ways<'_> {
             unknown.push(self.as_found(fit, m, evidence(own).unwrap_or(f64::NEG_INFINITY) - price(own) - ground));
         }
         let smooth = search.profiles;
+        let sizes = search.sizes(&search.candidates[fit.members[m]], &fit.amplitudes[m]);
         let singles = DMatrix::from_fn(self.row_count(), self.laws.len(), |row, f| self.laws.single(f).factors[row]);
         let mut columns = DMatrix::zeros(self.row_count(), smooth.of.len() + self.laws.len());
         columns.columns_range_mut(..smooth.of.len()).copy_from(&smooth.functions);
@@ -150,14 +151,14 @@ impl Ways<'_> {
         let screen = Screen {
             functions: others.of_functions(m, &columns),
             from: smooth.of.len(),
-            sizes: &search.settings.sizes,
+            sizes: sizes.iter().map(|size| (*size, search.price_of_size(*size))).collect(),
             choice_price: search.settings.choice_price,
         };
         let mut free = |freedom: Freedom, gain: Option<f64>| {
             let gain = gain.map_or(f64::NEG_INFINITY, |gain| gain - price(freedom));
             unknown.push(Choice { means: Means::Unknown, freedom, gain, price: 0.0, number: None });
         };
-        for size in &search.settings.sizes {
+        for size in &sizes {
             for deviation in search.settings.freedoms.iter().filter(|d| **d > 0.0) {
                 let in_rows = Freedom { freedom: *deviation, ..Freedom::constant(*size) };
                 free(in_rows, evidence(in_rows).map(|log| log - ground));
@@ -196,7 +197,7 @@ impl Ways<'_> {
     }
 
     /// The constant and the laws of functions of a member.
-    fn of_laws(&self, screen: &Screen<'_>, near: &dyn Fn(usize) -> (Functions, Vec<Single>)) -> Vec<Choice> {
+    fn of_laws(&self, screen: &Screen, near: &dyn Fn(usize) -> (Functions, Vec<Single>)) -> Vec<Choice> {
         let [one, two] = self.laws.counts();
         let (one, two) = (screen.choice_price + (one as f64).ln(), 2.0 * screen.choice_price + (two as f64).ln());
         let mut all: Vec<Choice> = screen.constants();
@@ -256,7 +257,7 @@ impl Ways<'_> {
                 let own = coefficients(&factors.iter().map(Vec::as_slice).collect::<Vec<_>>(), amplitudes);
                 let whole = not_nothing(amplitudes[most]);
                 let [first, second] = [0, 1].map(|i| (own[i] / whole, parts[i].clone()));
-                found(Some(Rule::Found(FoundLaw::Sum(Box::new([first, second])))), (whole, deviations[most]))
+                found(Some(Rule::Found(FoundLaw::Sum(vec![first, second]))), (whole, deviations[most]))
             }
             Means::Unknown => {
                 let whole = not_nothing(amplitudes[most]);
@@ -279,42 +280,38 @@ impl Ways<'_> {
 }
 
 /// Laws of one member about the set as it was found.
-struct Screen<'a> {
+struct Screen {
     functions: Functions,
     /// Place of the first function of the laws.
     from: usize,
-    sizes: &'a [f64],
+    /// Sizes of an amplitude, each with its price.
+    sizes: Vec<(f64, f64)>,
     choice_price: f64,
 }
 
-impl Screen<'_> {
-    /// What a size costs that is not the plainest.
-    fn price(&self, size: f64) -> f64 {
-        if size > self.sizes[0] { self.choice_price } else { 0.0 }
-    }
-
+impl Screen {
     fn constants(&self) -> Vec<Choice> {
-        let of = |size: &f64| {
-            let gain = self.functions.gain(&[(0, *size)])? - self.price(*size);
+        let of = |(size, price): &(f64, f64)| {
+            let gain = self.functions.gain(&[(0, *size)])? - price;
             Some(Choice { means: Means::Constant, freedom: Freedom::constant(*size), gain, price: 0.0, number: None })
         };
         let best = self.sizes.iter().filter_map(of).max_by(|a, b| a.gain.total_cmp(&b.gain));
         best.into_iter().collect()
     }
 
-    /// The size with the most evidence, and that.
-    fn sized(&self, functions: &Functions, terms: &[usize]) -> Option<(f64, f64)> {
-        let of = |size: &f64| {
+    /// The size with the most evidence, that, and the price of the size that it has in it.
+    fn sized(&self, functions: &Functions, terms: &[usize]) -> Option<(f64, f64, f64)> {
+        let of = |(size, price): &(f64, f64)| {
             let terms: Vec<(usize, f64)> = terms.iter().map(|f| (*f, *size)).collect();
-            Some((*size, functions.gain(&terms)? - self.price(*size)))
+            Some((*size, functions.gain(&terms)? - price, *price))
         };
         self.sizes.iter().filter_map(of).max_by(|a, b| a.1.total_cmp(&b.1))
     }
 
-    fn choice(&self, singles: Vec<Single>, with_constant: bool, (size, gain): (f64, f64), price: f64) -> Choice {
+    fn choice(&self, singles: Vec<Single>, with_constant: bool, (size, gain, of_size): (f64, f64, f64), price: f64) -> Choice {
         let freedom = Freedom::constant(if with_constant { size } else { 0.0 });
         // The engine counts the size of the constant itself.
-        let of_size = if with_constant { 0.0 } else { self.price(size) };
+        let of_size = if with_constant { 0.0 } else { of_size };
         let means = Means::Law { singles, with_constant, deviation: size };
         Choice { means, freedom, gain: gain - price, price: price + of_size, number: None }
     }
@@ -340,27 +337,27 @@ impl Screen<'_> {
             let terms: Vec<usize> = constant.into_iter().chain([self.from + p]).collect();
             Some((*p, self.sized(&self.functions, &terms)?))
         };
-        let tried: Vec<(usize, (f64, f64))> = family.members.iter().filter_map(of).collect();
+        let tried: Vec<(usize, (f64, f64, f64))> = family.members.iter().filter_map(of).collect();
         let (best, found) = *tried.iter().max_by(|a, b| a.1.1.total_cmp(&b.1.1))?;
-        let gains: Vec<f64> = tried.iter().map(|(_, (_, gain))| *gain).collect();
+        let gains: Vec<f64> = tried.iter().map(|(_, (_, gain, _))| *gain).collect();
         let mean = log_sum(&gains) - (family.members.len() as f64).ln();
         let single = laws.single(best).clone();
         if single.exponent().is_none() {
             return Some(self.choice(vec![single], with_constant, found, price + found.1 - mean));
         }
         // Between two exponents of the grid there may be a better one.
-        let all: Vec<(f64, f64)> = tried.iter().map(|(p, (_, gain))| (exponent(laws.single(*p)), *gain)).collect();
+        let all: Vec<(f64, f64)> = tried.iter().map(|(p, (_, gain, _))| (exponent(laws.single(*p)), *gain)).collect();
         let (functions, between) = near(best);
         let own = |(f, single): (usize, Single)| {
             let terms: Vec<usize> = constant.into_iter().chain([f + 1]).collect();
             Some((single, self.sized(&functions, &terms)?))
         };
-        let fine: Vec<(Single, (f64, f64))> = between.into_iter().enumerate().filter_map(own).collect();
+        let fine: Vec<(Single, (f64, f64, f64))> = between.into_iter().enumerate().filter_map(own).collect();
         let (single, sized) = match fine.iter().max_by(|a, b| a.1.1.total_cmp(&b.1.1)) {
             Some(finest) => finest.clone(),
             None => (single, found),
         };
-        let fine: Vec<(f64, f64)> = fine.iter().map(|(single, (_, gain))| (exponent(single), *gain)).collect();
+        let fine: Vec<(f64, f64)> = fine.iter().map(|(single, (_, gain, _))| (exponent(single), *gain)).collect();
         let of_fine = log_sum(&fine.iter().map(|(_, gain)| *gain).collect::<Vec<_>>()) - (EXPONENT_COUNT.0 as f64).ln();
         let (mean, spread) = if of_fine > mean { (of_fine, deviation(&fine)) } else { (mean, deviation(&all)) };
         let number = (!with_constant).then(|| number(exponent(&single), spread, (mean - sized.1).exp()));

@@ -60,11 +60,12 @@ impl Common {
 impl Family for Common {
     /// One member alone is no common cause.
     fn candidates(site: &Site<'_>) -> Vec<Hypothesis> {
+        let prior = &site.machine.priors;
         let one = |common: &Self| {
             let (scale, unit) = match common {
-                Self::Heats => (0.2, "relative"),
-                Self::Inlets => (0.5, "K"),
-                _ => (0.3, "ln"),
+                Self::Heats => (prior.all_heats, "relative"),
+                Self::Inlets => (prior.all_inlets, "K"),
+                _ => (prior.all_factors, "ln"),
             };
             (common.members(site.study).len() > 1).then(|| Hypothesis::signed(*common, common.name(), Vec::new(), scale, unit))
         };

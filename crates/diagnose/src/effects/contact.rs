@@ -38,11 +38,11 @@ impl Contact {
 
 impl Family for Contact {
     fn candidates(site: &Site<'_>) -> Vec<Hypothesis> {
-        let mut found = Vec::new();
+        let (prior, mut found) = (&site.machine.priors, Vec::new());
         for own in Self::scalable(site.study) {
             let contact = &site.machine.contacts[own.0];
-            let constant = Hypothesis::signed(own, &contact.name, site.part_names(&contact.between), 0.7, "ln");
-            let drift = Hypothesis { scale: 0.3, unit: "ln per 10 K", law: Law::Temperature, ..constant.clone() };
+            let constant = Hypothesis::signed(own, &contact.name, site.part_names(&contact.between), prior.contact, "ln");
+            let drift = Hypothesis { scale: prior.contact_drift, unit: "ln per 10 K", law: Law::Temperature, ..constant.clone() };
             found.extend([constant, drift]);
         }
         found

@@ -14,9 +14,6 @@ use coldplate_solve::sensitivity::Disturbance;
 use coldplate_solve::study::Study;
 use coldplate_base::units;
 
-/// Scale after years of hard water, m² K/W.
-const SCALE: f64 = 2e-4;
-
 /// Coolant and films.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Flow {
@@ -38,31 +35,30 @@ pub enum Flow {
 
 impl Family for Flow {
     fn candidates(site: &Site<'_>) -> Vec<Hypothesis> {
-        let mut found = Vec::new();
+        let (prior, mut found) = (&site.machine.priors, Vec::new());
         for (c, channel) in site.machine.channels.iter().enumerate() {
             let parts = vec![site.machine.parts[channel.part].name.clone()];
-            found.push(Hypothesis::signed(Self::Film(c), &channel.name, parts.clone(), 0.4, "ln"));
-            found.push(Hypothesis::positive(Self::Scale(c), &channel.name, parts.clone(), SCALE, "m2 K/W"));
+            found.push(Hypothesis::signed(Self::Film(c), &channel.name, parts.clone(), prior.film, "ln"));
+            found.push(Hypothesis::positive(Self::Scale(c), &channel.name, parts.clone(), prior.scale, "m2 K/W"));
             // Less flow in one of parallel channels is more in the others.
             if let Some(loss) = site.data.rows.iter().find_map(|row| branch_loss(site.machine, site.network, c, &row.condition)) {
-                // Four times the loss coefficient is half the flow.
-                found.push(Hypothesis::positive(Self::Split(c), &channel.name, parts, 3.0 * loss, "1"));
+                found.push(Hypothesis::positive(Self::Split(c), &channel.name, parts, prior.split * loss, "1"));
             }
         }
         // Flow and temperature of what other circuits feed are not stated.
         for (c, circuit) in site.machine.circuits.iter().enumerate().filter(|(_, c)| c.intake.feeders().is_empty()) {
             let through = circuit_parts(site.network, site.machine, c);
-            found.push(Hypothesis::signed(Self::Rate(c), &circuit.name, through.clone(), 0.3, "ln"));
-            found.push(Hypothesis::signed(Self::Inlet(c), &circuit.name, through.clone(), 0.3, "K"));
+            found.push(Hypothesis::signed(Self::Rate(c), &circuit.name, through.clone(), prior.flow, "ln"));
+            found.push(Hypothesis::signed(Self::Inlet(c), &circuit.name, through.clone(), prior.inlet, "K"));
             if site.flow_varies {
-                found.push(Hypothesis::signed(Self::Line(c), &circuit.name, through, 0.3, "K").under(Law::InverseFlow));
+                found.push(Hypothesis::signed(Self::Line(c), &circuit.name, through, prior.inlet, "K").under(Law::InverseFlow));
             }
         }
         for (b, boundary) in site.machine.boundaries.iter().enumerate() {
             if matches!(boundary.law, BoundaryLaw::Film(..)) && site.study.known_parameter(&film_key(&boundary.name)).is_some() {
                 let mut parts: Vec<String> = boundary.faces.iter().map(|f| site.machine.parts[f.part].name.clone()).collect();
                 parts.dedup();
-                found.push(Hypothesis::signed(Self::BoundaryFilm(b), &boundary.name, parts, 0.4, "ln"));
+                found.push(Hypothesis::signed(Self::BoundaryFilm(b), &boundary.name, parts, prior.film, "ln"));
             }
         }
         found

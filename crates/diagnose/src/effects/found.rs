@@ -106,8 +106,8 @@ pub enum FoundLaw {
     Rows(Sequence),
     /// Two laws at once, one times the other.
     Product(Box<[FoundLaw; 2]>),
-    /// Two laws beside each other, each with its share.
-    Sum(Box<[(f64, FoundLaw); 2]>),
+    /// Laws beside each other, each with its share.
+    Sum(Vec<(f64, FoundLaw)>),
 }
 
 impl Course {
@@ -263,19 +263,22 @@ impl FoundLaw {
             Self::Over(axis, course) => course.factor(axis, axis.at(condition)),
             Self::Rows(_) => return None,
             Self::Product(both) => both[0].factor(condition)? * both[1].factor(condition)?,
-            Self::Sum(both) => both[0].0 * both[0].1.factor(condition)? + both[1].0 * both[1].1.factor(condition)?,
+            Self::Sum(all) => all.iter().map(|(share, law)| Some(share * law.factor(condition)?)).sum::<Option<f64>>()?,
         })
     }
 
     /// Factors at conditions that follow each other.
     pub fn factors(&self, conditions: &[&Condition]) -> Vec<f64> {
-        let both = |a: &Self, b: &Self, join: &dyn Fn(f64, f64) -> f64| {
-            a.factors(conditions).into_iter().zip(b.factors(conditions)).map(|(a, b)| join(a, b)).collect()
-        };
         match self {
             Self::Rows(sequence) => sequence.factors(conditions),
-            Self::Product(own) => both(&own[0], &own[1], &|a, b| a * b),
-            Self::Sum(own) => both(&own[0].1, &own[1].1, &|a, b| own[0].0 * a + own[1].0 * b),
+            Self::Product(both) => both[0].factors(conditions).into_iter().zip(both[1].factors(conditions)).map(|(a, b)| a * b).collect(),
+            Self::Sum(all) => {
+                let mut sum = vec![0.0; conditions.len()];
+                for (share, law) in all {
+                    sum.iter_mut().zip(law.factors(conditions)).for_each(|(sum, factor)| *sum += share * factor);
+                }
+                sum
+            }
             Self::One | Self::Over(..) => conditions.iter().map(|c| self.factor(c).unwrap_or(0.0)).collect(),
         }
     }
@@ -287,9 +290,9 @@ impl FoundLaw {
             Self::Over(axis, course) => course.expression(axis),
             Self::Rows(_) => return None,
             Self::Product(both) => format!("({}) * ({})", both[0].expression()?, both[1].expression()?),
-            Self::Sum(both) => {
+            Self::Sum(all) => {
                 let term = |(share, law): &(f64, Self)| Some(format!("({:?}) * ({})", nine_digits(*share), law.expression()?));
-                format!("{} + {}", term(&both[0])?, term(&both[1])?)
+                all.iter().map(term).collect::<Option<Vec<String>>>()?.join(" + ")
             }
         })
     }
@@ -301,9 +304,9 @@ impl FoundLaw {
             Self::Over(axis, course) => course.words(axis),
             Self::Rows(sequence) => sequence.words(),
             Self::Product(both) => format!("{}, times a factor {}", both[0].words(), both[1].words()),
-            Self::Sum(both) => {
+            Self::Sum(all) => {
                 let of = |(share, law): &(f64, Self)| format!("{} of it {}", significant(*share, 3), law.words());
-                format!("{}, and {}", of(&both[0]), of(&both[1]))
+                all.iter().map(of).collect::<Vec<String>>().join(", and ")
             }
         }
     }
@@ -344,7 +347,7 @@ mod tests {
         names.add("speed_rpm").unwrap();
         let mut laws: Vec<FoundLaw> = courses.into_iter().map(|course| FoundLaw::over(&axis(), course)).collect();
         laws.push(FoundLaw::Product(Box::new([laws[0].clone(), laws[3].clone()])));
-        laws.push(FoundLaw::Sum(Box::new([(0.3, FoundLaw::One), (0.7, laws[4].clone())])));
+        laws.push(FoundLaw::Sum(vec![(0.3, FoundLaw::One), (0.9, laws[4].clone()), (-0.2, laws[6].clone())]));
         for law in laws {
             let formula = Formula::parse(&law.expression().unwrap(), Dimension::POWER, None, &names, Location::default()).unwrap();
             for rpm in [50.0, 100.0, 299.9, 300.1, 700.0, 1000.0, 1200.0] {

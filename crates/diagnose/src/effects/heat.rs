@@ -11,9 +11,6 @@ use coldplate_base::units;
 
 /// Kelvin over which a source that follows its temperature changes by its amplitude.
 const DRIFT: f64 = 10.0;
-/// Heat that a cause adds, as a share of all heat of the sources, and at least this, W.
-const ADDED_SHARE: f64 = 0.05;
-const ADDED_LEAST: f64 = 1.0;
 
 /// Heat.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -26,18 +23,17 @@ pub enum Heat {
 
 impl Family for Heat {
     fn candidates(site: &Site<'_>) -> Vec<Hypothesis> {
-        let heat = (ADDED_SHARE * site.whole_heat()).max(ADDED_LEAST);
+        let prior = &site.machine.priors;
+        let heat = (prior.added_heat * site.whole_heat()).max(prior.least_added_heat);
         let mut found = Vec::new();
         for g in &site.groups {
             let into = Hypothesis::signed(Self::Into(g.index), &g.name, vec![g.name.clone()], heat, "W");
             found.extend(site.laws.iter().map(|law| into.clone().under_of(*law, &site.scales)));
         }
         for (s, source) in site.machine.sources.iter().enumerate() {
-            // Friction is a half to three times what is expected: 0.8 in the mean square.
-            let factor = Hypothesis::signed(Self::Source(s), &source.name, site.part_names(&source.places.iter().map(|heated| heated.place).collect::<Vec<_>>()), 0.8, "relative");
+            let factor = Hypothesis::signed(Self::Source(s), &source.name, site.part_names(&source.places.iter().map(|heated| heated.place).collect::<Vec<_>>()), prior.source, "relative");
             found.extend(site.laws.iter().map(|law| factor.clone().under_of(*law, &site.scales)));
-            // Copper loses 4 % more per 10 K, grease up to a third less.
-            let drift = Hypothesis { scale: 0.15, unit: "relative per 10 K", law: Law::Temperature, ..factor };
+            let drift = Hypothesis { scale: prior.source_drift, unit: "relative per 10 K", law: Law::Temperature, ..factor };
             found.extend(source.law.linear().map(|_| drift));
         }
         found

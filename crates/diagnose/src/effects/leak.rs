@@ -15,10 +15,6 @@ use coldplate_physics::radiation::SIGMA;
 use coldplate_solve::sensitivity::Disturbance;
 use coldplate_solve::study::Study;
 
-/// Film of free convection and radiation in a room, W/(m² K).
-const ROOM_FILM: f64 = 5.0;
-/// Area of what a lumped node stands for, m².
-const ROOM_AREA: f64 = 0.02;
 /// Height of the plate that stands for a lumped node in a room, m.
 const HEIGHT: f64 = 0.1;
 /// The plate itself.
@@ -41,10 +37,11 @@ pub enum Leak {
 
 impl Family for Leak {
     fn candidates(site: &Site<'_>) -> Vec<Hypothesis> {
-        let leak = |g: &Group| Hypothesis::positive(Self::Surroundings(g.index), &g.name, vec![g.name.clone()], 0.1, "W/K");
+        let prior = &site.machine.priors;
+        let leak = |g: &Group| Hypothesis::positive(Self::Surroundings(g.index), &g.name, vec![g.name.clone()], prior.leak, "W/K");
         let link = |(a, b): (&Group, &Group)| {
             let parts = vec![a.name.clone(), b.name.clone()];
-            Hypothesis::positive(Self::Link(a.index, b.index), parts.join(" - "), parts, 0.3, "W/K")
+            Hypothesis::positive(Self::Link(a.index, b.index), parts.join(" - "), parts, prior.link, "W/K")
         };
         let mut found: Vec<Hypothesis> = site.groups.iter().map(leak).collect();
         // In a room, not in vacuum: where nothing radiates to a chamber, bare faces lose heat to the air.
@@ -52,7 +49,7 @@ impl Family for Leak {
         for (p, part) in machine.parts.iter().enumerate().filter(|_| !site.is_in_vacuum) {
             let is_bare = machine.boundaries.iter().all(|b| b.faces.iter().all(|f| f.part != p));
             if is_bare && !outer_faces(machine, p).is_empty() {
-                found.push(Hypothesis::positive(Self::Film(p), &part.name, vec![part.name.clone()], ROOM_FILM, "W/(m2 K)"));
+                found.push(Hypothesis::positive(Self::Film(p), &part.name, vec![part.name.clone()], prior.room_film, "W/(m2 K)"));
             }
         }
         found.extend(site.apart(&site.groups).into_iter().map(link));
@@ -61,7 +58,7 @@ impl Family for Leak {
         found.extend(ends.filter(|(free, held)| !site.touch(free.index, held.index)).map(link));
         // Nodes have no faces: what they lose by laws of their own is an area.
         for (n, node) in machine.nodes.iter().enumerate().filter(|(_, node)| node.fixed.is_none()) {
-            let area = |effect: Self| Hypothesis::positive(effect, &node.name, vec![node.name.clone()], ROOM_AREA, "m2");
+            let area = |effect: Self| Hypothesis::positive(effect, &node.name, vec![node.name.clone()], prior.room_area, "m2");
             if !site.is_in_vacuum {
                 found.push(area(Self::Convection(n)));
             }

@@ -11,8 +11,6 @@ use coldplate_solve::sensitivity::Disturbance;
 use coldplate_solve::study::Study;
 use coldplate_base::units::ZERO_CELSIUS;
 
-/// How far a handbook's conductivity is usually off, logarithm: alloys of one name differ by a third.
-const SCALE: f64 = 0.3;
 /// Step of the difference of networks, logarithm.
 const STEP: f64 = 1e-3;
 
@@ -68,7 +66,7 @@ impl Family for Material {
         let used = (0..machine.materials.len()).map(Self).filter(|m| m.parts(machine).next().is_some() && m.even(machine).is_some());
         let one = |m: Self| {
             let parts = m.parts(machine).map(String::from).collect();
-            Hypothesis::signed(m, m.name(machine), parts, SCALE, "ln")
+            Hypothesis::signed(m, m.name(machine), parts, machine.priors.conductivity, "ln")
         };
         used.map(one).collect()
     }

@@ -9,6 +9,9 @@ const TABLED: f64 = 0.25;
 /// Largest share of the surroundings in what a sensor shows: it must feel something of its place.
 const MOST_OF_SHARES: f64 = 0.99;
 
+/// Times the usual that an amplitude with tails is followed to: a path of 0.1 W/K in a machine tool is one of 100 W/K in a house.
+const MOST_TIMES: f64 = 1000.0;
+
 impl Hypothesis {
     /// The same as a number of the file that is inexact by this standard deviation, beside a cause.
     pub(crate) fn inexact_by(self, scale: f64) -> Self {
@@ -52,6 +55,7 @@ impl Hypothesis {
         match self.unit {
             unit if unit.starts_with("ln") => 4.0,
             "share" => MOST_OF_SHARES,
+            _ if self.has_tails() => MOST_TIMES * self.scale,
             _ => 50.0 * self.scale,
         }
     }

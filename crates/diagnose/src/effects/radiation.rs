@@ -53,8 +53,9 @@ impl Family for Radiation {
         if !site.is_in_vacuum {
             return Vec::new();
         }
-        let chamber = Hypothesis::signed(Self::Chamber, "chamber", Vec::new(), 0.7, "K");
-        let gas = Hypothesis::positive(Self::Gas, "chamber", Vec::new(), 1.0, "Pa");
+        let prior = &site.machine.priors;
+        let chamber = Hypothesis::signed(Self::Chamber, "chamber", Vec::new(), prior.surroundings, "K");
+        let gas = Hypothesis::positive(Self::Gas, "chamber", Vec::new(), prior.gas, "Pa");
         let gas = Hypothesis { most: saturation(site, gas.largest()), ..gas };
         let radiates =
             |g: &&Group| site.network.surfaces.iter().any(|s| s.emissive > 0.0 && site.network.group[s.node as usize] == g.index);
@@ -65,11 +66,11 @@ impl Family for Radiation {
             let of_file = site.study.parameter(&emissivity_key(site.study, name)?).ok()?;
             // Black is the most: so many times more than the file has.
             let most = (BLACK / of_file.value - 1.0).max(0.0);
-            Some(Hypothesis { most, ..Hypothesis::signed(own, name, vec![name.clone()], 0.4, "ln") })
+            Some(Hypothesis { most, ..Hypothesis::signed(own, name, vec![name.clone()], prior.emissivity, "ln") })
         };
         let exchange = |(a, b): (&Group, &Group)| {
             let parts = vec![a.name.clone(), b.name.clone()];
-            Hypothesis::positive(Self::Exchange(a.index, b.index), parts.join(" - "), parts, 0.02, "m2")
+            Hypothesis::positive(Self::Exchange(a.index, b.index), parts.join(" - "), parts, prior.exchange_area, "m2")
         };
         let of_parts = Self::emissivities(site.study).into_iter().filter_map(emissivity);
         let of_pairs = site.apart(&radiating).into_iter().map(exchange);

@@ -14,14 +14,6 @@ use coldplate_solve::sensitivity::Disturbance;
 use coldplate_solve::study::Study;
 use coldplate_base::units::Measurand;
 
-/// Standard deviation of an offset that a sensor may have unnoticed, K: a resistance thermometer of class B is within 0.3 K at room temperature
-/// (IEC 60751), a thermocouple and its cold end within half a kelvin.
-const OFFSET: f64 = 0.3;
-/// Standard deviation of a gain that a sensor may have unnoticed: a reading far from where it was calibrated is off by one per cent.
-const GAIN: f64 = 0.01;
-/// Share of the surroundings in what a sensor shows that is badly glued or taped. Chosen: well glued ones show a hundredth, loose ones a third.
-const ATTACHED_BADLY: f64 = 0.1;
-
 /// Errors of sensors, by their columns in the data.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Sensor {
@@ -41,22 +33,22 @@ pub enum Sensor {
 
 impl Family for Sensor {
     fn candidates(site: &Site<'_>) -> Vec<Hypothesis> {
-        let (names, none) = (&site.data.names, Vec::new);
+        let (names, none, prior) = (&site.data.names, Vec::new, &site.machine.priors);
         let mut found = Vec::new();
         // Of displacements the machine is asked, not their probes: what these are off by is stated with the data.
         let is_temperature = |k: usize| site.machine.sensors[site.data.sensors[k]].measurand() == Measurand::Temperature;
         let thermometers: Vec<(usize, &String)> = names.iter().enumerate().filter(|(k, _)| is_temperature(*k)).collect();
         if names.len() > 1 && thermometers.len() == names.len() {
-            found.push(Hypothesis::signed(Self::All, "all sensors", none(), OFFSET, "K"));
+            found.push(Hypothesis::signed(Self::All, "all sensors", none(), prior.sensor_offset, "K"));
         }
         for (at, (k, name)) in thermometers.iter().copied().enumerate() {
-            found.push(Hypothesis::signed(Self::Offset(k), name, none(), OFFSET, "K"));
+            found.push(Hypothesis::signed(Self::Offset(k), name, none(), prior.sensor_offset, "K"));
             if site.data.rows.len() > 1 {
-                found.push(Hypothesis::signed(Self::Gain(k), name, none(), GAIN, "relative").under(Law::Temperature));
-                found.push(Hypothesis::positive(Self::Surroundings(k), name, none(), ATTACHED_BADLY, "share"));
+                found.push(Hypothesis::signed(Self::Gain(k), name, none(), prior.sensor_gain, "relative").under(Law::Temperature));
+                found.push(Hypothesis::positive(Self::Surroundings(k), name, none(), prior.sensor_surroundings, "share"));
             }
             if site.data.is_transient() {
-                found.push(Hypothesis::positive(Self::Lag(k), name, none(), 60.0, "s"));
+                found.push(Hypothesis::positive(Self::Lag(k), name, none(), prior.sensor_lag, "s"));
             }
             for (j, other) in thermometers.iter().copied().skip(at + 1) {
                 found.push(Hypothesis::signed(Self::Swap(k, j), format!("{name} - {other}"), none(), 1.0, ""));

@@ -59,8 +59,8 @@ impl Family for Storage {
     fn candidates(site: &Site<'_>) -> Vec<Hypothesis> {
         let one = |g: &Group| {
             let (own, usual) = (Self(g.index).own(site.network), Self(g.index).usual(site, g));
-            // Half of what is there, or what a solid of this size stores where that is far more.
-            let scale = (0.5 * own).max(usual - own);
+            // A share of what is there, or what a solid of this size stores where that is far more.
+            let scale = (site.machine.priors.capacity * own).max(usual - own);
             Hypothesis::signed(Self(g.index), &g.name, vec![g.name.clone()], scale, "J/K")
         };
         if site.data.is_transient() { site.groups.iter().map(one).collect() } else { Vec::new() }

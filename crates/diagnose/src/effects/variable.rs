@@ -12,8 +12,6 @@ use coldplate_network::Load;
 use coldplate_solve::sensitivity::Disturbance;
 use coldplate_solve::study::Study;
 
-/// How far a sensor of the room or of a tank is usually off, K: as far as that of a chamber.
-const SCALE: f64 = 0.7;
 /// Tables of the file whose texts are no formulas of the machine.
 const NO_FORMULAS: [&str; 5] = ["name", "variables.", "limit.", "measurement.", "sensor."];
 const CHAMBER: &str = "chamber.temperature";
@@ -130,7 +128,7 @@ impl Family for Variable {
         };
         let temperatures = site.machine.variables.iter().enumerate().filter(|(_, own)| own.dimension.is_absolute());
         let found = temperatures.map(|(v, _)| v).filter(has_no_kind_of_its_own);
-        found.map(|v| Hypothesis::signed(Self(v), Self(v).name(site.study), Vec::new(), SCALE, "K")).collect()
+        found.map(|v| Hypothesis::signed(Self(v), Self(v).name(site.study), Vec::new(), site.machine.priors.surroundings, "K")).collect()
     }
 
     fn kind(&self) -> &'static str {

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use coldplate_describe::machine::{HeatedPlace, Machine, Place};
-use coldplate_diagnose::{Cause, Diagnosis, Explanation, Law, Scales, Verdict};
+use coldplate_diagnose::{Cause, Certainty, Diagnosis, Explanation, Law, Scales, Verdict, hypotheses};
 use coldplate_evidence::measurement::Whitener;
 use nalgebra::DMatrix;
 
@@ -30,6 +30,10 @@ pub struct Score {
     pub misnamed: bool,
     /// Whether one was so named where nothing that was hidden is at the place of the one so named.
     pub misplaced: bool,
+    /// Whether the law of a single effect is named with probability 0.9 or more, and another one was hidden. A curve through the points is no law.
+    pub wrong_law: bool,
+    /// Whether the catalogue has all that was hidden, by kind and place.
+    pub is_known: bool,
     /// Stated probability of the first explanation's kind and place.
     pub stated: f64,
     /// Whether the 90 % interval holds the true amplitude, where the cause is right.
@@ -84,11 +88,19 @@ pub fn score(case: &Case, found: &Diagnosis) -> Score {
         [] => first.iter().flat_map(|e| &e.causes).collect(),
         rungs => rungs.iter().flat_map(|rung| &rung.causes).collect(),
     };
+    let law = |part: &Cause, hidden: &Hidden| match &hidden.outside {
+        Some(_) => part.hypothesis.law_words().contains("curve"),
+        None => is_same_law(case, (&scales, hidden.law), (&found.places.scales, part.hypothesis.law)),
+    };
+    let is_certain_of_law = found.level.certainty == Certainty::Law;
+    let catalogue = hypotheses(&case.problem.study, &case.problem.data, &[]);
     let named = case.hidden.iter().filter(|h| ladder.iter().any(|p| is_same(h, p))).count();
     let confident = found.verdict == Verdict::Explained;
     Score {
         misnamed: confident && !ladder.iter().all(|p| is_hidden(p)),
         misplaced: confident && !ladder.iter().all(|p| case.hidden.iter().any(|h| touches(p, h) || is_near(machine, h, p))),
+        wrong_law: confident && is_certain_of_law && single.zip(hidden).is_some_and(|(part, hidden)| !law(part, hidden)),
+        is_known: case.hidden.iter().all(|h| catalogue.iter().any(|own| own.kind() == h.kind && own.place == h.place)),
         detected,
         group: first.is_some_and(|e| case.hidden.iter().all(|h| e.causes.iter().any(|p| touches(p, h)))),
         exact,
@@ -132,6 +144,20 @@ fn is_same(machine: &Machine, h: &Hidden, p: &Cause) -> bool {
         ("contact conductance", "leak to the surroundings") => to_room(&h.place, place),
         _ => false,
     }
+}
+
+/// Cosine of two laws over the conditions of the data from which on they are one law: a speed and its square have 0.97.
+const ALIKE: f64 = 0.99;
+
+/// Whether two laws are one in the conditions of the data. What a sensor's gain does is in proportion to its temperature by itself.
+fn is_same_law(case: &Case, hidden: (&Scales, Law), named: (&Scales, Law)) -> bool {
+    if hidden.1 == named.1 || hidden.1 == Law::Temperature {
+        return true;
+    }
+    let conditions: Vec<_> = case.problem.data.rows.iter().map(|row| &row.condition).collect();
+    let [a, b] = [hidden, named].map(|(scales, law)| scales.factors(law, &conditions));
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    dot(&a, &b) >= ALIKE * (dot(&a, &a) * dot(&b, &b)).sqrt()
 }
 
 fn name<'a>(machine: &'a Machine, place: &Place) -> &'a str {

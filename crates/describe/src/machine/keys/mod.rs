@@ -21,16 +21,18 @@ const MILLIMETRES: Unit = Unit::of(Dimension::LENGTH, "mm");
 /// Unit of lengths of the size of a machine.
 const METRES: Unit = Unit::of(Dimension::LENGTH, "m");
 const MICROMETRES: Unit = Unit::of(Dimension::LENGTH, "um");
-const AREA: Unit = Unit::of(Dimension::AREA, "m2");
+pub(super) const AREA: Unit = Unit::of(Dimension::AREA, "m2");
 const CELSIUS: Unit = Unit::of(Dimension::TEMPERATURE, "degC");
-const KELVIN: Unit = Unit::of(Dimension::DIFFERENCE, "K");
-const FILM: Unit = Unit::of(Dimension::FILM, "W/(m2 K)");
-const AREA_RESISTANCE: Unit = Unit::of(Dimension::AREA_RESISTANCE, "m2 K/W");
+pub(super) const KELVIN: Unit = Unit::of(Dimension::DIFFERENCE, "K");
+pub(super) const FILM: Unit = Unit::of(Dimension::FILM, "W/(m2 K)");
+pub(super) const AREA_RESISTANCE: Unit = Unit::of(Dimension::AREA_RESISTANCE, "m2 K/W");
 const CONDUCTIVITY: Unit = Unit::of(Dimension::CONDUCTIVITY, "W/(m K)");
 const DENSITY: Unit = Unit::of(Dimension::DENSITY, "kg/m3");
 const SPECIFIC_HEAT: Unit = Unit::of(Dimension::SPECIFIC_HEAT, "J/(kg K)");
-const SECONDS: Unit = Unit::of(Dimension::TIME, "s");
-const PASCALS: Unit = Unit::of(Dimension::PRESSURE, "Pa");
+pub(super) const SECONDS: Unit = Unit::of(Dimension::TIME, "s");
+pub(super) const PASCALS: Unit = Unit::of(Dimension::PRESSURE, "Pa");
+pub(super) const WATTS: Unit = Unit::of(Dimension::POWER, "W");
+pub(super) const CONDUCTANCE: Unit = Unit::of(Dimension::CONDUCTANCE, "W/K");
 
 /// A property: a constant, or a table against temperature.
 const PROPERTY_OF_CONDUCTION: ValueForm = ValueForm::Either(&[ValueForm::Quantity(CONDUCTIVITY), ValueForm::Curve(CELSIUS, CONDUCTIVITY)]);
@@ -93,6 +95,7 @@ pub const SCHEMA: KeyTable = KeyTable {
         Key::new("uncertain", ValueForm::Named(&uncertain::FACTOR), "factors that several numbers share and that are uncertain"),
         Key::new("correlation", ValueForm::Tables(&uncertain::CORRELATION), "uncertain numbers that deviate together"),
         Key::new("model_error", ValueForm::Table(&uncertain::MODEL_ERROR), "what the model misses"),
+        Key::new("prior", ValueForm::Table(&super::prior::PRIOR), "how large causes of an error usually are"),
     ]],
     one_of: &[],
 };

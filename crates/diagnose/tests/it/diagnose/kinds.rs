@@ -3,7 +3,7 @@
 
 use coldplate_base::document::Document;
 use coldplate_base::progress::Silent;
-use coldplate_diagnose::{Cause, Diagnosis, Law, Verdict, diagnose};
+use coldplate_diagnose::{Cause, Diagnosis, Law, Verdict, diagnose, hypotheses};
 use coldplate_evidence::identify;
 use coldplate_evidence::measurement::Data;
 use coldplate_explore::simulate::Start;
@@ -30,6 +30,32 @@ fn machine_with(changes: &[(&str, &str)], base: Document) -> Document {
         machine.apply_set(key, value).unwrap();
     }
     machine
+}
+
+/// What a machine file states of sensors and contacts takes the place of what they usually are; the rest stays.
+#[test]
+fn a_machine_file_states_how_large_causes_are() {
+    let usual = Document::parse(SMALL, "small.toml").unwrap();
+    let lines = [("prior.sensor_offset", "0.05 K"), ("prior.contact", "20 %"), ("prior.leak", "30 mW/K")];
+    let stated = machine_with(&lines, usual.clone());
+    let scales = |machine: &Document| -> Vec<(String, f64)> {
+        let study = Study::new(machine.clone(), Some(300)).unwrap();
+        let conditions = Hidden::conditions(machine, 4, 5, &[]);
+        let data = Hidden { machine, cells: (300, 300), lines: &[], conditions, seed: 1 }.problem().data;
+        hypotheses(&study, &data, &[]).iter().map(|h| (h.kind().to_string(), h.scale)).collect()
+    };
+    let (before, after) = (scales(&usual), scales(&stated));
+    assert_eq!(before.len(), after.len());
+    for ((kind, before), (_, after)) in before.iter().zip(&after) {
+        let expected = match (kind.as_str(), before) {
+            ("sensor offset" | "all sensors", 0.3) => 0.05,
+            ("contact conductance", 0.7) => 0.2,
+            ("leak to the surroundings", 0.1) => 0.03,
+            (_, before) => *before,
+        };
+        assert!((after - expected).abs() < 1e-12, "{kind}: {after} for {expected}");
+    }
+    assert!(after.iter().any(|(_, scale)| *scale == 0.2) && after.iter().any(|(kind, _)| kind == "leak to the surroundings"));
 }
 
 /// A narrowed channel beside another: its loss coefficient is found, and stands in the extended machine's file.
