@@ -188,9 +188,8 @@ impl Problem {
         Ok((Self { data: divided.fitted.clone(), places, ..self }, divided))
     }
 
-    /// The same with logs that begin in the steady state, or at the first readings of each part, whichever their readings ask for. A start that
-    /// is read off the readings explains the first of them by itself, whatever these are: they count as if they lay anywhere in the range of
-    /// readings. So the steady state gives way only where what follows contradicts it beside any single cause.
+    /// The same with logs that begin in the steady state, or at the first readings of each part, whichever makes what follows these more probable
+    /// beside the best single cause, or none.
     ///
     /// # Errors
     /// The machine as it is cannot be solved at the data's conditions.
@@ -206,16 +205,7 @@ impl Problem {
         };
         let steady = log_posterior(Start::Steady)?;
         let Ok(begun) = log_posterior(Start::Parts) else { return Ok(self) };
-        let anywhere = |noise: f64| (self.settings.wrong_range / (noise.max(f64::MIN_POSITIVE) * std::f64::consts::TAU.sqrt())).ln();
-        let firsts: f64 = self
-            .data
-            .tests()
-            .iter()
-            .filter_map(|test| self.data.rows.iter().find(|row| row.test == *test))
-            .flat_map(|row| row.readings.iter().zip(&self.uncertainty.noise).filter(|(reading, _)| reading.is_some()))
-            .map(|(_, noise)| anywhere(*noise))
-            .sum();
-        let start = if begun - firsts > steady { Start::Parts } else { Start::Steady };
+        let start = if begun > steady { Start::Parts } else { Start::Steady };
         Ok(Self { start, ..self })
     }
 

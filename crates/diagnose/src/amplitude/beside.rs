@@ -1,6 +1,6 @@
 //! The machine as it is beside the data: every place and kind fitted, sets grown, laws told.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
@@ -128,19 +128,37 @@ impl<'p> Beside<'p> {
         visible.iter().map(|(h, _)| Sizing::of(h, network, is_straight(h))).collect()
     }
 
-    /// Logarithm of the posterior of the best single cause of a log, or of none, each with an amplitude that is alike in all rows.
+    /// Logarithm of the posterior of the best single cause of a log, or of none, each with an amplitude that is alike in all rows, for what
+    /// follows the first readings of each test: the density of all readings over that of the first ones given the others.
     pub fn best_single(&self, settings: &AmplitudeSettings) -> f64 {
         let (predictor, visible) = (self.predictor(), self.visible());
         let sizes = self.sizes(&visible);
         let log = Log::new(self.problem, &predictor, (&self.base, &self.catalogue), (&visible, &sizes), settings);
-        let (errors, rows) = (log.errors(), rows_that_count(&self.problem.data).len());
+        let (mut errors, rows) = (log.errors(), rows_that_count(&self.problem.data).len());
+        let places = whiten::places(&self.problem.data);
+        let test = |row: usize| &self.problem.data.rows[row].test;
+        let is_first: Vec<bool> = places
+            .iter()
+            .scan(None, |first: &mut Option<usize>, (row, _)| {
+                if first.is_none_or(|first| test(first) != test(*row)) {
+                    *first = Some(*row);
+                }
+                Some(*first == Some(*row))
+            })
+            .collect();
+        // First readings and what follows them, by turns.
+        errors.row_of = consecutive(places.iter().zip(&is_first).map(|((row, _), first)| if *first { *row } else { usize::MAX }));
         let means = candidates(&predictor, &visible, &sizes, self.problem.study.model.mesh.cells == 0);
         let in_time = |own: Candidate| own.in_time(Vec::new(), false);
         let means: Vec<Candidate> = means.into_iter().map(in_time).collect();
         let profiles = Profiles::constant(rows);
         let search = Search::new(&errors, &self.base.found.residual, &means, settings, None, (&profiles, &profiles), None);
         let nothing = search.nothing();
-        search.singles(&nothing).first().map_or(f64::NEG_INFINITY, Fit::log_posterior).max(nothing.log_posterior())
+        let best = search.singles(&nothing).into_iter().next().filter(|best| best.log_posterior() > nothing.log_posterior());
+        let best = best.unwrap_or(nothing);
+        let firsts = errors.row_of.iter().zip(&is_first).filter(|(_, first)| **first).map(|(row, _)| *row).collect::<BTreeSet<usize>>();
+        let densities = seen(&search, &best).1;
+        best.log_posterior() - firsts.into_iter().filter_map(|row| densities.get(row)).sum::<f64>()
     }
 
     /// Places and kinds by evidence.
