@@ -112,8 +112,23 @@ pub fn case(seed: u64, is_shown: bool) -> Record {
 /// An answer beside what was hidden.
 pub fn answer(drawn: &Drawn, found: &Diagnosis) -> Answer {
     let Drawn { case, family, setting, unkind, unseen, floor } = drawn;
-    let Score { detected, group, exact, right, named, in_set, confident, misnamed, misplaced, wrong_law, is_known, stated, covered, d, off } =
-        score(case, found);
+    let Score {
+        detected,
+        group,
+        exact,
+        right,
+        named,
+        in_set,
+        confident,
+        misnamed,
+        misplaced,
+        wrong_law,
+        is_known,
+        stated,
+        covered,
+        d,
+        off,
+    } = score(case, found);
     let told = |h: &Hidden| match &h.outside {
         Some(words) => format!("{words} at {}", h.place),
         None => format!("{} at {} ({:.4})", h.kind, h.place, h.amplitude),

@@ -482,7 +482,8 @@ fn method(section: &mut ReportSection, found: &Findings<'_>) {
 fn constants(found: &Findings<'_>) -> Vec<(String, String)> {
     let settings = serde_json::to_value(&found.problem.settings).unwrap_or_default();
     let priors = serde_json::to_value(found.problem.study.model.machine.priors).unwrap_or_default();
-    let named = |(name, value): (&String, &serde_json::Value), before: &str| (format!("{before}{}", name.replace('_', " ")), value.to_string());
+    let named =
+        |(name, value): (&String, &serde_json::Value), before: &str| (format!("{before}{}", name.replace('_', " ")), value.to_string());
     let of = |record: &serde_json::Value, before: &str| -> Vec<(String, String)> {
         record.as_object().map(|fields| fields.iter().map(|field| named(field, before)).collect()).unwrap_or_default()
     };

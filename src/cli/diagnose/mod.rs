@@ -13,12 +13,12 @@ use coldplate_base::atomic_file;
 use coldplate_base::error::Result;
 use coldplate_diagnose::{Problem, planned_conditions};
 use coldplate_evidence::command_input;
+use coldplate_explore::simulate::Start;
 use coldplate_figures::chart::draw_as;
 use coldplate_figures::chart::output::check_name;
 use coldplate_findings::input::{costs, kind_named, uncertain, user_kinds};
 use coldplate_findings::places;
 use coldplate_jobs::refit;
-use coldplate_explore::simulate::Start;
 use coldplate_solve::study::{StateTables, Study};
 
 /// Errors of the simulation against measured data: the cause by name, the extended machine and its gain
@@ -133,7 +133,9 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     if start.is_none() {
         problem = problem.begun(&out.progress())?;
         if problem.start == Start::Parts {
-            out.note("note: the logs do not begin in the steady state: each part begins at its first readings; --from steady says otherwise");
+            out.note(
+                "note: the logs do not begin in the steady state: each part begins at its first readings; --from steady says otherwise",
+            );
         }
     }
     if args.keep_all {

@@ -56,6 +56,7 @@ pub use parts::{
     BlockShape, CoordinateAxis, Elastic, Face, HeatedPlace, Import, LumpedNode, Material, Part, PartBlock, PartSurface, Place, Property,
     Side,
 };
+pub use prior::Priors;
 pub use readings::{Displacement, MachineLimit, Measurement, Sensor, SensorReading};
 pub use region::Region;
 pub use response::{SensorResponse, ShownTemperature};
@@ -63,6 +64,5 @@ pub use scope::{PointColumn, Scope};
 pub use slope::Slope;
 pub use source_law::{ConstantPower, LinearPower, SourceLaw};
 pub use sources::Source;
-pub use prior::Priors;
 pub use uncertain::{Correlation, ModelError, NumberKind, SharedFactor, SharedNumbers};
 pub use variables::{DescribedVariable, Drive, NamedFormula};

@@ -32,7 +32,8 @@ use coldplate_network::Load;
 
 /// Amplitudes at which the machine is solved for each cause that bends, in units of its scale.
 const KNOTS: [f64; 6] = [-5.0, -2.5, -1.0, 1.0, 2.5, 5.0];
-/// The same of one that can only be more, which may be any number of times the usual.
+/// The same of one that can only be more, which may be any number of times the usual; of a machine of cells, where each takes long, the first
+/// three.
 const KNOTS_OF_MORE: [f64; 6] = [1.0, 2.5, 5.0, 15.0, 50.0, 150.0];
 /// Sets of each size that are fitted about the machine with the set in force.
 const REFINED: usize = 10;
@@ -263,7 +264,8 @@ impl Found<'_> {
     /// out more probable by more than the standard error of that, and so must each law and curve that it follows.
     fn in_time(&self, all: Vec<Fit>) -> (Vec<PlaceSet>, Scales) {
         let (best, _) = best_of_each_size(all);
-        let most = |size: usize| best.iter().filter(|fit| fit.members.len() == size).map(Fit::log_posterior).fold(f64::NEG_INFINITY, f64::max);
+        let most =
+            |size: usize| best.iter().filter(|fit| fit.members.len() == size).map(Fit::log_posterior).fold(f64::NEG_INFINITY, f64::max);
         let counts = |fit: &&Fit| fit.log_posterior() > most(fit.members.len()) - COUNTS;
         let best: Vec<Fit> = best.par_iter().filter(counts).map(|fit| self.without_idle_laws(fit)).collect();
         let densities: Vec<Vec<f64>> = best.par_iter().map(|fit| seen(self.search, fit).1).collect();
@@ -307,7 +309,8 @@ impl Found<'_> {
                 (less.log_evidence.is_finite() && sum <= error).then_some((sum - error, less))
             };
             let tried = (0..fit.members.len()).flat_map(|m| {
-                let with = |own: Freedom| fit.freedoms.iter().enumerate().map(|(k, f)| if k == m { own } else { *f }).collect::<Vec<Freedom>>();
+                let with =
+                    |own: Freedom| fit.freedoms.iter().enumerate().map(|(k, f)| if k == m { own } else { *f }).collect::<Vec<Freedom>>();
                 fit.freedoms[m].with_one_less().into_iter().map(with).collect::<Vec<_>>()
             });
             let found: Vec<(f64, Fit)> = tried.collect::<Vec<_>>().into_par_iter().filter_map(idle).collect();
@@ -474,16 +477,12 @@ fn is_straight(h: &Hypothesis) -> bool {
 }
 
 /// Causes with their answers, each as often to blame as its kind is.
-fn candidates(
-    predictor: &Predictor<'_>,
-    visible: &[(&Hypothesis, &Vec<f64>)],
-    sizes: &[Sizing],
-    is_solved: bool,
-) -> Vec<Candidate> {
+fn candidates(predictor: &Predictor<'_>, visible: &[(&Hypothesis, &Vec<f64>)], sizes: &[Sizing], is_solved: bool) -> Vec<Candidate> {
     let mut of_kind: HashMap<&str, usize> = HashMap::new();
     visible.iter().for_each(|(h, _)| *of_kind.entry(h.kind()).or_default() += 1);
-    let one = |(own, size): (&(&Hypothesis, &Vec<f64>), &Sizing)| {
-        Candidate { rate: own.0.rate(of_kind[own.0.kind()]), ..candidate(predictor, *own, *size, is_solved) }
+    let one = |(own, size): (&(&Hypothesis, &Vec<f64>), &Sizing)| Candidate {
+        rate: own.0.rate(of_kind[own.0.kind()]),
+        ..candidate(predictor, *own, *size, is_solved)
     };
     visible.par_iter().zip(sizes).map(one).collect()
 }
@@ -496,7 +495,8 @@ fn candidate(predictor: &Predictor<'_>, (h, column): (&Hypothesis, &Vec<f64>), s
     let mut answer = Answer::Straight(slope.clone());
     if is_solved && !is_straight(h) {
         let at = |knot: &f64| Some((*knot, difference(&predictor.predict(&[(h, size.amplitude(*knot))]).ok()?, predictor.predicted)));
-        let knots = if h.is_signed { KNOTS } else { KNOTS_OF_MORE };
+        let is_costly = predictor.study.model.mesh.cells > 0;
+        let knots = if h.is_signed { &KNOTS } else { &KNOTS_OF_MORE[..if is_costly { 3 } else { 6 }] };
         let mut solved: Vec<(f64, Vec<f64>)> = knots.iter().filter(|k| **k >= range.0 && **k <= range.1).filter_map(at).collect();
         solved.push((0.0, vec![0.0; column.len()]));
         solved.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -510,7 +510,17 @@ fn candidate(predictor: &Predictor<'_>, (h, column): (&Hypothesis, &Vec<f64>), s
     let may_follow = !h.is_sensor() && h.unit != "K";
     let may_wander = may_follow && !matches!(h.effect, Effect::Heat(_) | Effect::User(_));
     let (is_signed, may_run) = (h.is_signed && !h.is_fixed(), h.law == h.effect.usual_law());
-    Candidate { answer, is_signed, is_fixed: h.is_fixed(), range, has_tails: h.has_tails(), rate: 1.0, may_wander, may_follow, may_run }
+    Candidate {
+        answer,
+        is_signed,
+        is_fixed: h.is_fixed(),
+        range,
+        has_tails: h.has_tails() && !h.is_fixed(),
+        rate: 1.0,
+        may_wander,
+        may_follow,
+        may_run,
+    }
 }
 
 /// Rising numbers, counted from zero without gaps.

@@ -376,10 +376,10 @@ impl<'a> Search<'a> {
                 let is_bounded = !self.is_log() || i == 0;
                 let to = if is_bounded { to.clamp(candidate.range.0, candidate.range.1) } else { to };
                 let from = from.as_ref().map_or(*a, |from| from[i]);
-                // What may be any number of times the usual moves by as many times itself.
+                // What may be any number of times the usual moves to as many times itself, up or down.
                 let unit = if candidate.is_scale_free() { from.abs().max(1.0) } else { 1.0 };
-                let longest = LONGEST_STEP * unit;
-                let to = if is_straight { to } else { from + (to - from).clamp(-longest, longest) };
+                let (down, up) = (LONGEST_STEP * if unit > 1.0 { unit / (1.0 + LONGEST_STEP) } else { 1.0 }, LONGEST_STEP * unit);
+                let to = if is_straight { to } else { from + (to - from).clamp(-down, up) };
                 let step = (to - *a) / unit;
                 *a = to;
                 if !is_straight {
@@ -419,11 +419,11 @@ impl<'a> Search<'a> {
             // In logs a cause may act by its law alone.
             let by = (&[(own, further)][..], self.is_log());
             let (mut found, mut log_evidence) = self.freest(&linear, &freedoms, &amplitudes, by, looseness);
+            // What bends begins at large amplitudes too; of what is straight the readings say how much they ask for.
             if candidate.has_tails
-                && let Some(asked) = self.asked(&linear, &found, looseness, own)
-                && asked > self.largest_size()
+                && candidate.answer.is_straight()
+                && let Some(asked) = self.asked(&linear, &found, looseness, own).filter(|asked| *asked > self.largest_size())
             {
-                // The readings ask for far more than the prior knew.
                 let mut larger = amplitudes.clone();
                 larger[own] = self.alike(asked);
                 (found, log_evidence) = self.freest(&linear, &freedoms, &larger, by, looseness);
