@@ -510,17 +510,9 @@ fn candidate(predictor: &Predictor<'_>, (h, column): (&Hypothesis, &Vec<f64>), s
     let may_follow = !h.is_sensor() && h.unit != "K";
     let may_wander = may_follow && !matches!(h.effect, Effect::Heat(_) | Effect::User(_));
     let (is_signed, may_run) = (h.is_signed && !h.is_fixed(), h.law == h.effect.usual_law());
-    Candidate {
-        answer,
-        is_signed,
-        is_fixed: h.is_fixed(),
-        range,
-        has_tails: h.has_tails() && !h.is_fixed(),
-        rate: 1.0,
-        may_wander,
-        may_follow,
-        may_run,
-    }
+    // What a machine lacks may have any size. A sensor that is off by many times the usual is broken: of that the mixture says more.
+    let has_tails = h.has_tails() && !h.is_sensor();
+    Candidate { answer, is_signed, is_fixed: h.is_fixed(), range, has_tails, rate: 1.0, may_wander, may_follow, may_run }
 }
 
 /// Rising numbers, counted from zero without gaps.
