@@ -7,6 +7,7 @@ mod faults;
 mod over_time;
 mod pipe;
 mod refused;
+mod rigs;
 mod stated;
 
 fn scratch(name: &str) -> std::path::PathBuf {
