@@ -96,8 +96,11 @@ pub fn run(path: PathBuf, seeds: impl Iterator<Item = u64>) {
     }
 }
 
+/// A question about an answer.
+type Question = fn(&Answer) -> bool;
+
 /// What is counted of an answer.
-const COUNTED: [(&str, fn(&Answer) -> bool); 5] = [
+const COUNTED: [(&str, Question); 5] = [
     ("detected", |a| a.detected),
     ("kind and place first", |a| a.right),
     ("in the set", |a| a.in_set),
@@ -115,7 +118,7 @@ pub fn print(records: &[Changed]) {
             by.entry((&own.constant, own.factor.to_bits())).or_default().push((base, answer));
         }
     }
-    let base = |good: fn(&Answer) -> bool| plain.values().filter(|a| good(a)).count();
+    let base = |good: Question| plain.values().filter(|a| good(a)).count();
     let as_it_is: Vec<String> = COUNTED.iter().map(|(name, good)| format!("{name} {}", base(*good))).collect();
     println!("{} cases; as they are: {}.\n", plain.len(), as_it_is.join(", "));
     let heads: Vec<&str> = COUNTED.iter().map(|(name, _)| *name).collect();
@@ -123,7 +126,7 @@ pub fn print(records: &[Changed]) {
     println!("|---|---:|---:|---:|{}---:|", "---:|".repeat(COUNTED.len()));
     for ((constant, factor), pairs) in &by {
         let other = pairs.iter().filter(|(base, own)| base.verdict != own.verdict).count();
-        let change = |good: fn(&Answer) -> bool| {
+        let change = |good: Question| {
             let (gained, lost) = pairs.iter().fold((0, 0), |(gained, lost), (base, own)| {
                 (gained + usize::from(!good(base) && good(own)), lost + usize::from(good(base) && !good(own)))
             });

@@ -17,7 +17,7 @@ const LEAST_TOLD: f64 = 0.01;
 /// Rows of a log whose amplitudes are told, about.
 const ROWS_TOLD: usize = 12;
 
-/// What a search for places and kinds found, and what it assumed.
+/// Result of a search for places and kinds, with its assumptions.
 #[derive(Debug, Clone, Serialize)]
 #[allow(missing_docs)]
 pub struct PlacesRecord {

@@ -39,7 +39,7 @@ use coldplate_testing::twin::{Family, case};
 #[test]
 fn silence_on_clean_data() {
     let mut alarms = Vec::new();
-    for seed in 1..=30 {
+    for seed in 1..=20 {
         let case = case(seed, Family::Clean);
         let found = diagnose(&case.problem, &Silent).unwrap_or_else(|e| panic!("seed {seed}: {e}"));
         if found.verdict != Verdict::Consistent {
@@ -49,7 +49,7 @@ fn silence_on_clean_data() {
             assert!(gain.after <= gain.before * 1.05, "seed {seed}: worse on clean data: {gain:?}");
         }
     }
-    // One in a hundred is allowed over many; of thirty, none is expected and one can happen.
+    // One in a hundred is allowed over many; of twenty, none is expected and one can happen.
     assert!(alarms.len() <= 1, "false alarms: {alarms:?}");
 }
 
@@ -57,7 +57,7 @@ fn silence_on_clean_data() {
 #[test]
 fn one_hidden_effect() {
     let (mut missed, mut misplaced, mut wrong, mut large) = (Vec::new(), Vec::new(), Vec::new(), 0);
-    for seed in 201..=230 {
+    for seed in 201..=220 {
         let case = case(seed, Family::One);
         let found = diagnose(&case.problem, &Silent).unwrap_or_else(|e| panic!("seed {seed}: {e}"));
         let score = score(&case, &found);
@@ -82,7 +82,7 @@ fn one_hidden_effect() {
         }
     }
     println!("{large} large effects; missed {missed:?}, misplaced {misplaced:?}, confident and wrong {wrong:?}");
-    assert!(large >= 10, "the seeds must hold large effects: {large}");
+    assert!(large >= 6, "the seeds must hold large effects: {large}");
     assert!(missed.len() <= 1, "missed: {missed:?}");
     assert!(misplaced.len() <= 1, "in the wrong place: {misplaced:?}");
     assert!(wrong.len() <= 1, "confident and wrong: {wrong:?}");
