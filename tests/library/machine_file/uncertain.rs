@@ -105,7 +105,7 @@ fn what_is_no_factor_is_refused_with_its_place() {
         ("correlation", "[{ between = [\"a\", \"b\"], value = 1.5 }]", "between -1 and 1"),
         ("correlation", "[{ between = [\"all heats\", \"b\"], value = 0.5 }]", "not uncertain"),
         ("prior", "{ sensor_ofset = \"0.05 K\" }", "sensor_offset"),
-        ("prior", "{ sensor_offset = \"0 K\" }", "positive"),
+        ("prior", "{ sensor_offset = \"0 K\" }", "larger than zero"),
         ("model_error", "{ sensors = \"-0.3 K\" }", "not negative"),
         ("model_error", "{ sensor = { nobody = \"0.3 K\" } }", "no sensor"),
         ("model_error", "{ measured = [{ coolant_flow = \"8 L/min\" }] }", "1 of 4 variables"),
