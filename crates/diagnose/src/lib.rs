@@ -188,8 +188,8 @@ impl Problem {
         Ok((Self { data: divided.fitted.clone(), places, ..self }, divided))
     }
 
-    /// The same with logs that begin in the steady state, or at the first readings of each part, whichever makes what follows these more probable
-    /// beside the best single cause, or none.
+    /// The same with logs that begin in the steady state, where their first readings do not contradict it; else so or at the first readings of
+    /// each part, whichever makes what follows these more probable beside the best single cause, or none.
     ///
     /// # Errors
     /// The machine as it is cannot be solved at the data's conditions.
@@ -199,13 +199,15 @@ impl Problem {
         }
         progress.say("the state that the logs begin with");
         let thin = Self { data: thinned(&self.data, MOST_READINGS), ..self.clone() };
-        let log_posterior = |start: Start| -> Result<f64> {
-            let problem = Self { start, ..thin.clone() };
-            Ok(Beside::of(&problem)?.best_single(&problem.settings))
-        };
-        let steady = log_posterior(Start::Steady)?;
-        let Ok(begun) = log_posterior(Start::Parts) else { return Ok(self) };
-        let start = if begun > steady { Start::Parts } else { Start::Steady };
+        let steady = Self { start: Start::Steady, ..thin.clone() };
+        let steady = Beside::of(&steady)?;
+        if steady.chance_of_firsts() >= self.settings.alarm {
+            return Ok(self);
+        }
+        let begun = Self { start: Start::Parts, ..thin };
+        let Ok(begun) = Beside::of(&begun) else { return Ok(self) };
+        let is_begun = begun.best_single(&self.settings) > steady.best_single(&self.settings);
+        let start = if is_begun { Start::Parts } else { Start::Steady };
         Ok(Self { start, ..self })
     }
 

@@ -85,7 +85,7 @@ priors! {
     link: of(CONDUCTANCE), 0.3;
     /// film in a room of faces that the model has adiabatic: free convection and radiation are 5 to 10 W/(m2 K)
     room_film: of(FILM), 5.0;
-    /// area with which a lumped node faces the room: a palm of 140 mm
+    /// area with which a lumped node faces the room: a plate of 140 mm
     room_area: of(AREA), 0.02;
     /// area of exchange by radiation between two parts that do not see each other in the model: likewise
     exchange_area: of(AREA), 0.02;

@@ -27,6 +27,8 @@ use crate::view::Comparison;
 use crate::{Cause, Problem};
 use coldplate_base::error::Result;
 use coldplate_base::progress::Progress;
+use coldplate_evidence::discrepancy::DiscrepancySize;
+use coldplate_evidence::identify::chi_square_tail;
 use coldplate_evidence::measurement::{MeasurementUncertainty, ReadingRow, TIME, whiten};
 use coldplate_network::Load;
 
@@ -129,6 +131,26 @@ impl<'p> Beside<'p> {
         visible.iter().map(|(h, _)| Sizing::of(h, network, is_straight(h))).collect()
     }
 
+    /// Of each reading of a log, whether it is among the first ones of its test.
+    fn is_first(&self) -> Vec<bool> {
+        let test = |row: usize| &self.problem.data.rows[row].test;
+        let mut first: Option<usize> = None;
+        let mut is_in_first = |row: usize| {
+            first = first.filter(|first| test(*first) == test(row)).or(Some(row));
+            first == Some(row)
+        };
+        whiten::places(&self.problem.data).into_iter().map(|(row, _)| is_in_first(row)).collect()
+    }
+
+    /// Probability that the first readings of the tests of a log are as far from the machine as it is as they are, or further, by all that is
+    /// stated of their errors.
+    pub fn chance_of_firsts(&self) -> f64 {
+        let deviations = self.base.errors.marginal(&DiscrepancySize::NONE);
+        let own = self.base.found.residual.iter().zip(deviations).zip(self.is_first()).filter(|(_, is_first)| *is_first);
+        let squares: Vec<f64> = own.map(|((r, d), _)| (r / d).powi(2)).collect();
+        chi_square_tail(squares.iter().sum(), squares.len().max(1))
+    }
+
     /// Logarithm of the posterior of the best single cause of a log, or of none, each with an amplitude that is alike in all rows, for what
     /// follows the first readings of each test: the density of all readings over that of the first ones given the others.
     pub fn best_single(&self, settings: &AmplitudeSettings) -> f64 {
@@ -136,17 +158,7 @@ impl<'p> Beside<'p> {
         let sizes = self.sizes(&visible);
         let log = Log::new(self.problem, &predictor, (&self.base, &self.catalogue), (&visible, &sizes), settings);
         let (mut errors, rows) = (log.errors(), rows_that_count(&self.problem.data).len());
-        let places = whiten::places(&self.problem.data);
-        let test = |row: usize| &self.problem.data.rows[row].test;
-        let is_first: Vec<bool> = places
-            .iter()
-            .scan(None, |first: &mut Option<usize>, (row, _)| {
-                if first.is_none_or(|first| test(first) != test(*row)) {
-                    *first = Some(*row);
-                }
-                Some(*first == Some(*row))
-            })
-            .collect();
+        let (places, is_first) = (whiten::places(&self.problem.data), self.is_first());
         // First readings and what follows them, by turns.
         errors.row_of = consecutive(places.iter().zip(&is_first).map(|((row, _), first)| if *first { *row } else { usize::MAX }));
         let means = candidates(&predictor, &visible, &sizes, self.problem.study.model.mesh.cells == 0);
@@ -266,8 +278,8 @@ impl Found<'_> {
         let (best, _) = best_of_each_size(all);
         let most =
             |size: usize| best.iter().filter(|fit| fit.members.len() == size).map(Fit::log_posterior).fold(f64::NEG_INFINITY, f64::max);
-        let counts = |fit: &&Fit| fit.log_posterior() > most(fit.members.len()) - COUNTS;
-        let best: Vec<Fit> = best.par_iter().filter(counts).map(|fit| self.without_idle_laws(fit)).collect();
+        let counts = |fit: &Fit| fit.log_posterior() > most(fit.members.len()) - COUNTS;
+        let best: Vec<Fit> = best.par_iter().map(|fit| if counts(fit) { self.without_idle_laws(fit) } else { fit.clone() }).collect();
         let densities: Vec<Vec<f64>> = best.par_iter().map(|fit| seen(self.search, fit).1).collect();
         let is_less =
             |less: &Fit, fit: &Fit| less.members.len() + 1 == fit.members.len() && less.members.iter().all(|m| fit.members.contains(m));
