@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-/// What a journal holds lines of.
+/// A line of a journal: one case.
 pub trait Entry: Serialize + DeserializeOwned {
     /// Whether it is of the case of a seed.
     fn is_of(&self, seed: u64) -> bool;

@@ -1,5 +1,5 @@
-//! What no kind or law of the catalogue is: curves of heats and contacts, sizes, a part of another material, wires that were exchanged in the
-//! middle of the tests, a logger's clock, what remembers.
+//! Effects outside the catalogue: curves of heats and contacts, sizes, a part of another material, wires that were exchanged in the middle of
+//! the tests, a logger's clock, memory.
 
 use coldplate_base::random::Random;
 use coldplate_describe::machine::{Machine, Place};

@@ -1,4 +1,4 @@
-//! What moves where each constant that decides an answer is halved and doubled: those of the diagnosis, and how large causes are usually.
+//! Every constant that decides an answer halved and doubled, on drawn cases: the settings of the diagnosis, and the usual sizes of causes.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -15,7 +15,7 @@ use crate::run::{Answer, answer};
 
 /// Probabilities near one: what is halved and doubled is their distance from one.
 const NEAR_ONE: [&str; 2] = ["certain", "set"];
-/// What a constant is multiplied by.
+/// Factors on a constant.
 const FACTORS: [f64; 2] = [0.5, 2.0];
 
 /// A case with one constant changed.
@@ -99,7 +99,7 @@ pub fn run(path: PathBuf, seeds: impl Iterator<Item = u64>) {
 /// A question about an answer.
 type Question = fn(&Answer) -> bool;
 
-/// What is counted of an answer.
+/// Questions whose answers are counted.
 const COUNTED: [(&str, Question); 5] = [
     ("detected", |a| a.detected),
     ("kind and place first", |a| a.right),

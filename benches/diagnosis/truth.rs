@@ -133,8 +133,8 @@ impl Truth {
         data
     }
 
-    /// The same conditions with readings that are taken later than their times say. Each test begins in its steady state, so that the logger
-    /// shows that a while longer.
+    /// Conditions under a logger whose clock is behind by this time, s. Each test begins in its steady state, and the logger shows it for so
+    /// long.
     fn behind(&self, behind: f64) -> Data {
         let mut data = self.data.clone();
         for r in 0..data.rows.len() {

@@ -34,8 +34,7 @@ use coldplate_network::Load;
 
 /// Amplitudes at which the machine is solved for each cause that bends, in units of its scale.
 const KNOTS: [f64; 6] = [-5.0, -2.5, -1.0, 1.0, 2.5, 5.0];
-/// The same of one that can only be more, which may be any number of times the usual; of a machine of cells, where each takes long, the first
-/// three.
+/// Amplitudes of a cause that can only be more, in units of its scale. A machine of cells, whose solves take long, has the first three.
 const KNOTS_OF_MORE: [f64; 6] = [1.0, 2.5, 5.0, 15.0, 50.0, 150.0];
 /// Sets of each size that are fitted about the machine with the set in force.
 const REFINED: usize = 10;
@@ -131,7 +130,7 @@ impl<'p> Beside<'p> {
         visible.iter().map(|(h, _)| Sizing::of(h, network, is_straight(h))).collect()
     }
 
-    /// Of each reading of a log, whether it is among the first ones of its test.
+    /// Flags of the readings of a log: true of the first ones of each test.
     fn is_first(&self) -> Vec<bool> {
         let test = |row: usize| &self.problem.data.rows[row].test;
         let mut first: Option<usize> = None;
@@ -522,7 +521,7 @@ fn candidate(predictor: &Predictor<'_>, (h, column): (&Hypothesis, &Vec<f64>), s
     let may_follow = !h.is_sensor() && h.unit != "K";
     let may_wander = may_follow && !matches!(h.effect, Effect::Heat(_) | Effect::User(_));
     let (is_signed, may_run) = (h.is_signed && !h.is_fixed(), h.law == h.effect.usual_law());
-    // What a machine lacks may have any size. A sensor that is off by many times the usual is broken: of that the mixture says more.
+    // Heats and paths that a machine lacks may have any size. A sensor that is off by many times the usual is broken, a case of the mixture.
     let has_tails = h.has_tails() && !h.is_sensor();
     Candidate { answer, is_signed, is_fixed: h.is_fixed(), range, has_tails, rate: 1.0, may_wander, may_follow, may_run }
 }

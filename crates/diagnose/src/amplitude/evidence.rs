@@ -46,7 +46,7 @@ impl Freedom {
         self.law >> law & 1 == 1
     }
 
-    /// The same with one law or curve less, in every way that leaves something.
+    /// Freedoms with one law or curve less, all that leave something.
     pub fn with_one_less(&self) -> Vec<Self> {
         let laws = (0..u64::BITS as usize).filter(|law| self.has(*law)).map(|law| Self { law: self.law ^ 1 << law, ..*self });
         let curve = self.curve.map(|_| Self { curve: None, ..*self });

@@ -215,7 +215,7 @@ impl<'a> Search<'a> {
         sizes
     }
 
-    /// What a size costs in log evidence.
+    /// Price of a size in log evidence.
     pub(super) fn price_of_size(&self, size: f64) -> f64 {
         let (least, most) = (self.settings.sizes[0], self.largest_size());
         if size <= least { 0.0 } else { self.settings.choice_price * (size / least).ln() / (most / least).ln() }
@@ -376,7 +376,7 @@ impl<'a> Search<'a> {
                 let is_bounded = !self.is_log() || i == 0;
                 let to = if is_bounded { to.clamp(candidate.range.0, candidate.range.1) } else { to };
                 let from = from.as_ref().map_or(*a, |from| from[i]);
-                // What may be any number of times the usual moves to as many times itself, up or down.
+                // An amplitude of any size moves by a factor, the same up and down.
                 let unit = if candidate.is_scale_free() { from.abs().max(1.0) } else { 1.0 };
                 let (down, up) = (LONGEST_STEP * if unit > 1.0 { unit / (1.0 + LONGEST_STEP) } else { 1.0 }, LONGEST_STEP * unit);
                 let to = if is_straight { to } else { from + (to - from).clamp(-down, up) };
