@@ -201,6 +201,11 @@ fn show(seed: u64, drawn: &Drawn, found: &Diagnosis) {
         let mark = if found.set.contains(&i) { "set" } else { "   " };
         println!("  {mark} {:.3}, misfit {:.1}, {:?}: {}", e.probability, e.misfit, e.level, words.join("; "));
     }
+    for set in &found.places.sets {
+        let names: Vec<String> = set.members.iter().map(|member| member.hypothesis.kind_and_place()).collect();
+        let [lead, kept_out] = [set.lead, set.kept_out.0];
+        println!("  {:.3}, lead {lead:.1}, kept out {kept_out:.1}, {} aside: {}", set.probability, set.aside.len(), names.join(" + "));
+    }
     for rung in &found.rungs {
         let words: Vec<String> = rung.causes.iter().map(sentence).collect();
         println!(

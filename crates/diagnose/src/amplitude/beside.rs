@@ -21,7 +21,7 @@ use super::sizing::Sizing;
 use super::steady::Table;
 use super::ways::{FoundWay, Ways};
 use super::{PlaceAndKind, PlaceSet, Places, Way};
-use crate::effects::{Axis, Effect, FoundLaw, Heat, Hypothesis, Law, Scales, hypotheses};
+use crate::effects::{Axis, Common, Effect, FoundLaw, Heat, Hypothesis, Law, Scales, Sensor, hypotheses};
 use crate::predictor::Predictor;
 use crate::view::Comparison;
 use crate::{Cause, Problem};
@@ -92,15 +92,22 @@ impl<'p> Beside<'p> {
         let loads = problem.data.rows.iter().filter_map(|row| Load::at(machine, &row.condition).ok());
         let heats: Vec<f64> = loads.flat_map(|load| load.powers).map(f64::abs).collect();
         let mean = heats.iter().sum::<f64>() / heats.len().max(1) as f64;
-        let is_heat = |h: &Hypothesis| matches!(h.effect, Effect::Heat(Heat::Into(_))) && h.law == Law::Constant;
-        let of_heat = catalogue.iter().zip(&base.found.columns).filter(|(h, _)| is_heat(h));
+        let columns = |is: &dyn Fn(&Hypothesis) -> bool| {
+            let all = catalogue.iter().zip(&base.found.columns).filter(|(h, _)| is(h)).map(|(_, column)| column.clone());
+            all.collect::<Vec<Vec<f64>>>()
+        };
+        let into = columns(&|h| matches!(h.effect, Effect::Heat(Heat::Into(_))) && h.law == Law::Constant);
+        // From test to test the level of all sources together differs too: one supply, one load.
+        let sources = columns(&|h| matches!(h.effect, Effect::Heat(Heat::Source(_))) && h.law == h.effect.usual_law());
+        let level = sources.into_iter().reduce(|sum, own| sum.iter().zip(own).map(|(a, b)| a + b).collect());
+        let heats = into.into_iter().map(|own| own.iter().map(|c| c * mean).collect()).chain(level).collect();
         Errors {
             row_of: consecutive(places.iter().map(|(row, _)| *row)),
             noise: base.errors.noise().to_vec(),
             stated: base.errors.shared(),
             uncertain: uncertain(&base.errors),
             numbers: base.errors.numbers().to_vec(),
-            heats: of_heat.map(|(_, column)| column.iter().map(|c| c * mean).collect()).collect(),
+            heats,
             aside: Vec::new(),
             log: None,
         }
@@ -271,23 +278,15 @@ struct Found<'a> {
 
 impl Found<'_> {
     /// Sets of a log, most probable first, each with the course of its amplitudes. Errors of a log wander in ways that no model of them has, and
-    /// thousands of readings count each of these as evidence for one place more. So a further place must make stretches of time that are kept
-    /// out more probable by more than the standard error of that, and so must each law and curve that it follows.
+    /// thousands of readings count each of these as evidence for one place more. So each law and curve, too, must make stretches of time that
+    /// are kept out more probable by more than the standard error of that.
     fn in_time(&self, all: Vec<Fit>) -> (Vec<PlaceSet>, Scales) {
         let (best, _) = best_of_each_size(all);
         let most =
             |size: usize| best.iter().filter(|fit| fit.members.len() == size).map(Fit::log_posterior).fold(f64::NEG_INFINITY, f64::max);
         let counts = |fit: &Fit| fit.log_posterior() > most(fit.members.len()) - COUNTS;
         let best: Vec<Fit> = best.par_iter().map(|fit| if counts(fit) { self.without_idle_laws(fit) } else { fit.clone() }).collect();
-        let densities: Vec<Vec<f64>> = best.par_iter().map(|fit| seen(self.search, fit).1).collect();
-        let is_less =
-            |less: &Fit, fit: &Fit| less.members.len() + 1 == fit.members.len() && less.members.iter().all(|m| fit.members.contains(m));
-        let shows = |k: &usize| {
-            let less = (0..best.len()).find(|other| is_less(&best[*other], &best[*k]));
-            let gain = less.map(|less| sum_and_error(&difference(&densities[*k], &densities[less])));
-            best[*k].members.len() < 2 || gain.is_some_and(|(sum, error)| sum > error)
-        };
-        let best: Vec<Fit> = (0..best.len()).filter(shows).map(|k| best[k].clone()).collect();
+        let best = that_predict_more(self.search, best);
         let whole = whole(best.iter());
         let weighed = |fit: Fit| {
             let probability = (fit.log_posterior() - whole).exp();
@@ -346,7 +345,7 @@ impl Found<'_> {
         let at = self.names.iter().map(|name| machine.variables.iter().position(|variable| variable.name == *name)).collect::<Vec<_>>();
         let axes: Vec<Option<Axis>> = at.iter().map(|v| v.map(|v| scales.axis(v).0)).collect();
         let laws = Laws::new(scales, machine, &problem.data, &at.into_iter().flatten().collect::<Vec<_>>());
-        let (mut all, rest) = best_of_each_size(all);
+        let (mut all, rest) = best_of_each_size(that_predict_more(self.search, all));
         let (_, variables) = variables(problem);
         let ways = |fit: &Fit| Ways { search: self.search, fit, laws: &laws, axes: &axes, variables: &variables }.found();
         let ways: Vec<(f64, Vec<FoundWay>)> = all.par_iter().map(ways).collect();
@@ -408,6 +407,22 @@ fn most_probable<T>(all: Vec<T>, fit: impl Fn(&T) -> &Fit) -> impl Iterator<Item
 fn whole<'f>(all: impl Iterator<Item = &'f Fit> + Clone) -> f64 {
     let most = all.clone().map(Fit::log_posterior).fold(f64::NEG_INFINITY, f64::max);
     most + all.map(|fit| (fit.log_posterior() - most).exp()).sum::<f64>().ln()
+}
+
+/// Sets, most probable first, without those that do not make the rows that are kept out more probable than the most probable set of one place
+/// less does, by more than the standard error of that.
+fn that_predict_more(search: &Search<'_>, mut sets: Vec<Fit>) -> Vec<Fit> {
+    sets.sort_by(|a, b| b.log_posterior().total_cmp(&a.log_posterior()));
+    let densities: Vec<Vec<f64>> = sets.par_iter().map(|fit| seen(search, fit).1).collect();
+    let is_less =
+        |less: &Fit, fit: &Fit| less.members.len() + 1 == fit.members.len() && less.members.iter().all(|m| fit.members.contains(m));
+    let predicts_more = |k: &usize| {
+        let less = (0..sets.len()).find(|other| is_less(&sets[*other], &sets[*k]));
+        let gain = less.map(|less| sum_and_error(&difference(&densities[*k], &densities[less])));
+        sets[*k].members.is_empty() || gain.is_some_and(|(sum, error)| sum > error)
+    };
+    let kept: Vec<usize> = (0..sets.len()).filter(predicts_more).collect();
+    kept.into_iter().map(|k| sets[k].clone()).collect()
 }
 
 /// The best sets of each size, whose laws are looked for, and the others.
@@ -521,9 +536,12 @@ fn candidate(predictor: &Predictor<'_>, (h, column): (&Hypothesis, &Vec<f64>), s
     let may_follow = !h.is_sensor() && h.unit != "K";
     let may_wander = may_follow && !matches!(h.effect, Effect::Heat(_) | Effect::User(_));
     let (is_signed, may_run) = (h.is_signed && !h.is_fixed(), h.law == h.effect.usual_law());
+    // An error of one sensor that is another in every row is noise, which is stated, or a broken sensor; a level of all heats is the disturbance.
+    let is_level = h.effect == Effect::Common(Common::Heats);
+    let may_vary = !is_level && (!h.is_sensor() || h.is_fixed() || h.effect == Effect::Sensor(Sensor::All));
     // Heats and paths that a machine lacks may have any size. A sensor that is off by many times the usual is broken, a case of the mixture.
     let has_tails = h.has_tails() && !h.is_sensor();
-    Candidate { answer, is_signed, is_fixed: h.is_fixed(), range, has_tails, rate: 1.0, may_wander, may_follow, may_run }
+    Candidate { answer, is_signed, is_fixed: h.is_fixed(), range, has_tails, rate: 1.0, may_wander, may_follow, may_run, may_vary }
 }
 
 /// Rising numbers, counted from zero without gaps.

@@ -82,14 +82,15 @@ impl Search<'_> {
     /// Ways in which an amplitude may run over the rows, from one of them: another size or freedom, another curve, or another law.
     pub(super) fn ways(&self, from: Freedom, with_curves: bool, (candidate, own): (&Candidate, &[f64])) -> [Vec<Freedom>; 3] {
         let s = self.settings;
-        let freedoms = if self.is_log() || !candidate.may_run { &s.freedoms[..1] } else { &s.freedoms[..] };
+        let may_vary = candidate.may_run && candidate.may_vary;
+        let freedoms = if self.is_log() || !may_vary { &s.freedoms[..1] } else { &s.freedoms[..] };
         let of = |size: &f64| freedoms.iter().map(|freedom| Freedom { size: *size, freedom: *freedom, ..from }).collect::<Vec<_>>();
         // What acts by laws of the time may not be there beside them.
         let none = Some(0.0).filter(|_| self.profiles.laws().into_iter().any(|law| from.has(law) && self.profiles.is_when(law)));
         let sizes = none.iter().chain(&self.sizes(candidate, own)).flat_map(of).collect();
         let mut curves = Vec::new();
         let mut laws = Vec::new();
-        if with_curves && candidate.may_run {
+        if with_curves && if self.is_log() { candidate.may_run } else { may_vary } {
             let free = s.freedoms.iter().copied().filter(|f| *f > 0.0);
             let of = |curve: Curve| {
                 free.clone().flat_map(move |size| {

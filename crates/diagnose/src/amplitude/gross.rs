@@ -65,15 +65,19 @@ impl<'a> Gross<'a> {
         all
     }
 
+    /// A part that is wrong as often as this.
+    fn odds(&self, part: Part, rate: f64) -> Wrong {
+        Wrong { part, log_odds: (rate / (1.0 - rate)).ln(), stuck_at: None }
+    }
+
     /// All parts that can be wrong; rows and sensors where these have several readings.
     fn parts(&self) -> Vec<Wrong> {
         let s = self.settings();
-        let odds = |part: Part, rate: f64| Wrong { part, log_odds: (rate / (1.0 - rate)).ln(), stuck_at: None };
-        let mut all: Vec<Wrong> = (0..self.places.len()).map(|i| odds(Part::Reading(i), s.wrong_reading)).collect();
+        let mut all: Vec<Wrong> = (0..self.places.len()).map(|i| self.odds(Part::Reading(i), s.wrong_reading)).collect();
         let rows = self.search.errors.row_of.last().map_or(0, |last| last + 1);
         let sensors = self.places.iter().map(|(_, k)| k + 1).max().unwrap_or(0);
-        let whole = (0..rows).map(|r| odds(Part::Row(r), s.wrong_row));
-        let whole = whole.chain((0..sensors).map(|k| self.or_stuck(odds(Part::Sensor(k), s.wrong_sensor))));
+        let whole = (0..rows).map(|r| self.odds(Part::Row(r), s.wrong_row));
+        let whole = whole.chain((0..sensors).map(|k| self.or_stuck(self.odds(Part::Sensor(k), s.wrong_sensor))));
         all.extend(whole.filter(|wrong| self.readings(wrong.part).len() > 1));
         all
     }
@@ -119,6 +123,15 @@ impl<'a> Gross<'a> {
         best
     }
 
+    /// The machine as it is with what it calls wrong, and without each row and sensor among that: a cause may be what makes that look wrong.
+    pub fn beginnings(&self, nothing: &Fit) -> Vec<Fit> {
+        let without = |at: usize| nothing.aside.iter().enumerate().filter(|(other, _)| *other != at).map(|(_, wrong)| *wrong).collect();
+        let is_large = |at: &usize| !matches!(nothing.aside[*at].part, Part::Reading(_));
+        let less = (0..nothing.aside.len()).filter(is_large).map(without).filter(|aside: &Vec<Wrong>| !aside.is_empty());
+        let whole = (!nothing.aside.is_empty()).then(|| nothing.clone());
+        whole.into_iter().chain(less.map(|aside| self.with_aside(nothing, aside))).collect()
+    }
+
     /// A fit with other parts set aside, fitted anew.
     fn with_aside(&self, fit: &Fit, aside: Vec<Wrong>) -> Fit {
         let own = &self.search.errors.noise;
@@ -157,14 +170,29 @@ impl<'a> Gross<'a> {
             aside.push(wrong);
             offer(density - predicted.log_density + wrong.log_odds - log_odds(&within), aside);
         }
+        let as_they_are = |readings: &[usize]| {
+            let predicted = others.predict(readings)?;
+            Some((self.as_they_are(&predicted, readings, &residual)?, predicted.log_density))
+        };
         for (at, wrong) in fit.aside.iter().enumerate() {
             let mut aside = fit.aside.clone();
             aside.remove(at);
             let still = self.of_all(&aside);
             let own: Vec<usize> = self.readings(wrong.part).into_iter().filter(|i| still.binary_search(i).is_err()).collect();
-            let Some(predicted) = others.predict(&own) else { continue };
-            let Some(density) = self.as_they_are(&predicted, &own, &residual) else { continue };
-            offer(density - predicted.log_density - wrong.log_odds, aside);
+            if let Some((right, wide)) = as_they_are(&own) {
+                offer(right - wide - wrong.log_odds, aside.clone());
+            }
+            // Of a row or a sensor a few readings may be wrong alone.
+            let alone = |i: &usize| self.odds(Part::Reading(*i), self.settings().wrong_reading);
+            let is_wrong = |i: &usize| as_they_are(&[*i]).is_none_or(|(right, _)| right < alone(i).log_odds - wide.ln());
+            let (bad, good): (Vec<usize>, Vec<usize>) = own.iter().copied().partition(is_wrong);
+            if own.len() > 1
+                && !bad.is_empty()
+                && let Some((right, wide)) = as_they_are(&good)
+            {
+                let bad: Vec<Wrong> = bad.iter().map(alone).collect();
+                offer(right - wide - wrong.log_odds + log_odds(&bad), [aside, bad].concat());
+            }
         }
         best.1
     }

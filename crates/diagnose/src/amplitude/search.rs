@@ -49,6 +49,8 @@ pub struct Candidate {
     pub may_follow: bool,
     /// Whether its amplitude may run over the rows at all.
     pub may_run: bool,
+    /// Whether its amplitude may be another in every row of a table.
+    pub may_vary: bool,
 }
 
 impl Candidate {

@@ -49,7 +49,8 @@ pub fn fitted(search: &Search<'_>, gross: Option<&Gross<'_>>, most: usize, progr
     let whole = search.nothing();
     let nothing = gross.map_or_else(|| whole.clone(), |gross| gross.cleared(whole.clone()));
     progress.say("places and kinds alone");
-    let begun = if nothing.aside.is_empty() { Vec::new() } else { search.beside(&nothing).singles(&nothing) };
+    let begun = gross.map_or_else(Vec::new, |gross| gross.beginnings(&nothing));
+    let begun = begun.iter().flat_map(|aside| search.beside(aside).singles(aside)).collect();
     let mut last = OfOneSize::new(search, gross, most, search.singles(&whole), begun);
     let mut all: Vec<Fit> = last.all().cloned().collect();
     for count in 2..=MOST_PLACES {

@@ -158,7 +158,7 @@ impl Ways<'_> {
             let gain = gain.map_or(f64::NEG_INFINITY, |gain| gain - price(freedom));
             unknown.push(Choice { means: Means::Unknown, freedom, gain, price: 0.0, number: None });
         };
-        for size in &sizes {
+        for size in sizes.iter().filter(|_| search.candidates[fit.members[m]].may_vary) {
             for deviation in search.settings.freedoms.iter().filter(|d| **d > 0.0) {
                 let in_rows = Freedom { freedom: *deviation, ..Freedom::constant(*size) };
                 free(in_rows, evidence(in_rows).map(|log| log - ground));

@@ -31,13 +31,13 @@ impl Hypothesis {
         }
     }
 
-    /// Whether it may be many times what is usual: heat and paths that the model lacks, a contact that came loose, a channel that is nearly
-    /// shut, a sensor that fell off. The prior of its amplitude has tails like 1/a², so that of causes that fit alike the one is not preferred
-    /// whose prior happens to be wider. What tables or nature bound has none: conductivities, capacities, emissivities, what all have in
-    /// common, how anything drifts with its temperature.
+    /// Whether it may be many times what is usual: heat, paths and mass that the model lacks, a contact that came loose, a channel that is
+    /// nearly shut, a sensor that fell off. The prior of its amplitude has tails like 1/a², so that of causes that fit alike the one is not
+    /// preferred whose prior happens to be wider. What tables or nature bound has none: conductivities, emissivities, what all have in common,
+    /// how anything drifts with its temperature.
     pub(crate) fn has_tails(&self) -> bool {
         let is_open = match self.effect {
-            Effect::Heat(_) | Effect::Leak(_) | Effect::Flow(_) | Effect::Contact(_) => true,
+            Effect::Heat(_) | Effect::Leak(_) | Effect::Flow(_) | Effect::Contact(_) | Effect::Storage(_) => true,
             Effect::Radiation(radiation) => matches!(radiation, Radiation::Gas | Radiation::Exchange(..)),
             Effect::Sensor(sensor) => sensor != Sensor::All,
             _ => false,
