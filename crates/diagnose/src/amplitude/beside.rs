@@ -409,8 +409,8 @@ fn whole<'f>(all: impl Iterator<Item = &'f Fit> + Clone) -> f64 {
     most + all.map(|fit| (fit.log_posterior() - most).exp()).sum::<f64>().ln()
 }
 
-/// Sets, most probable first, without those that do not make the rows that are kept out more probable than the most probable set of one place
-/// less does, by more than the standard error of that.
+/// Sets, most probable first, without those of several places that do not make the rows that are kept out more probable than the most probable
+/// set of one place less does, by more than the standard error of that. Whether anything acts is decided by evidence: it may act in one row.
 fn that_predict_more(search: &Search<'_>, mut sets: Vec<Fit>) -> Vec<Fit> {
     sets.sort_by(|a, b| b.log_posterior().total_cmp(&a.log_posterior()));
     let densities: Vec<Vec<f64>> = sets.par_iter().map(|fit| seen(search, fit).1).collect();
@@ -419,7 +419,7 @@ fn that_predict_more(search: &Search<'_>, mut sets: Vec<Fit>) -> Vec<Fit> {
     let predicts_more = |k: &usize| {
         let less = (0..sets.len()).find(|other| is_less(&sets[*other], &sets[*k]));
         let gain = less.map(|less| sum_and_error(&difference(&densities[*k], &densities[less])));
-        sets[*k].members.is_empty() || gain.is_some_and(|(sum, error)| sum > error)
+        sets[*k].members.len() < 2 || gain.is_some_and(|(sum, error)| sum > error)
     };
     let kept: Vec<usize> = (0..sets.len()).filter(predicts_more).collect();
     kept.into_iter().map(|k| sets[k].clone()).collect()
