@@ -146,11 +146,15 @@ fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnosis> {
             rung.share > 0.0 && !rung.gain.as_ref().is_some_and(Gain::is_none) && (is_certain || !is_log)
         });
     let misses = answer.verdict.names_causes() && rung.as_ref().is_some_and(|rung| rung.share <= 0.0);
-    // What cannot be put in force cannot be shown to predict anything.
-    let is_vetoed = answer.verdict.names_causes() && (rung.is_none() || gain(&rung).as_ref().is_some_and(Gain::is_none));
+    let is_vetoed = answer.verdict.names_causes() && gain(&rung).as_ref().is_some_and(Gain::is_none);
     if is_vetoed || misses {
         answer.verdict = Verdict::CannotTell;
         answer.level = decide::Level::nothing(answer.level.probability);
+    }
+    if answer.verdict == Verdict::Explained && rung.is_none() {
+        // A cause explains nothing for certain whose machine cannot be solved: nobody has seen that this machine predicts the readings.
+        answer.verdict = Verdict::CannotTell;
+        answer.level = decide::region(&explanations, problem.settings.certain);
     }
     let rung = if is_extended { rung } else { weighed.calibrated()? };
     let found_gain = gain(&rung).or_else(|| weighed.without_gain());

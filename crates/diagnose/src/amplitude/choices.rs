@@ -90,7 +90,7 @@ impl Search<'_> {
         let sizes = none.iter().chain(&self.sizes(candidate, own)).flat_map(of).collect();
         let mut curves = Vec::new();
         let mut laws = Vec::new();
-        if with_curves && if self.is_log() { candidate.may_run } else { may_vary } {
+        if with_curves && may_vary {
             let free = s.freedoms.iter().copied().filter(|f| *f > 0.0);
             let of = |curve: Curve| {
                 free.clone().flat_map(move |size| {

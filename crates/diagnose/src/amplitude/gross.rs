@@ -65,19 +65,14 @@ impl<'a> Gross<'a> {
         all
     }
 
-    /// A part that is wrong as often as this.
-    fn odds(&self, part: Part, rate: f64) -> Wrong {
-        Wrong { part, log_odds: (rate / (1.0 - rate)).ln(), stuck_at: None }
-    }
-
     /// All parts that can be wrong; rows and sensors where these have several readings.
     fn parts(&self) -> Vec<Wrong> {
         let s = self.settings();
-        let mut all: Vec<Wrong> = (0..self.places.len()).map(|i| self.odds(Part::Reading(i), s.wrong_reading)).collect();
+        let mut all: Vec<Wrong> = (0..self.places.len()).map(|i| Wrong::with_rate(Part::Reading(i), s.wrong_reading)).collect();
         let rows = self.search.errors.row_of.last().map_or(0, |last| last + 1);
         let sensors = self.places.iter().map(|(_, k)| k + 1).max().unwrap_or(0);
-        let whole = (0..rows).map(|r| self.odds(Part::Row(r), s.wrong_row));
-        let whole = whole.chain((0..sensors).map(|k| self.or_stuck(self.odds(Part::Sensor(k), s.wrong_sensor))));
+        let whole = (0..rows).map(|r| Wrong::with_rate(Part::Row(r), s.wrong_row));
+        let whole = whole.chain((0..sensors).map(|k| self.or_stuck(Wrong::with_rate(Part::Sensor(k), s.wrong_sensor))));
         all.extend(whole.filter(|wrong| self.readings(wrong.part).len() > 1));
         all
     }
@@ -182,8 +177,8 @@ impl<'a> Gross<'a> {
             if let Some((right, wide)) = as_they_are(&own) {
                 offer(right - wide - wrong.log_odds, aside.clone());
             }
-            // Of a row or a sensor a few readings may be wrong alone.
-            let alone = |i: &usize| self.odds(Part::Reading(*i), self.settings().wrong_reading);
+            // Few readings of a row or a sensor may be wrong, and the others right.
+            let alone = |i: &usize| Wrong::with_rate(Part::Reading(*i), self.settings().wrong_reading);
             let is_wrong = |i: &usize| as_they_are(&[*i]).is_none_or(|(right, _)| right < alone(i).log_odds - wide.ln());
             let (bad, good): (Vec<usize>, Vec<usize>) = own.iter().copied().partition(is_wrong);
             if own.len() > 1

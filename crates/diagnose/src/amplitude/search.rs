@@ -49,7 +49,8 @@ pub struct Candidate {
     pub may_follow: bool,
     /// Whether its amplitude may run over the rows at all.
     pub may_run: bool,
-    /// Whether its amplitude may be another in every row of a table.
+    /// Whether its amplitude may be another in every row of a table, or follow a curve over the rows; always in logs, where curves have rules of
+    /// their own.
     pub may_vary: bool,
 }
 
@@ -61,7 +62,7 @@ impl Candidate {
 
     /// The same in a log, with its slopes by functions of the rows, and whether its amplitude may run over these.
     pub fn in_time(self, along: Vec<Vec<f64>>, may_run: bool) -> Self {
-        Self { answer: Answer::InTime(Box::new(self.answer), along), may_run, ..self }
+        Self { answer: Answer::InTime(Box::new(self.answer), along), may_run, may_vary: true, ..self }
     }
 }
 

@@ -21,6 +21,13 @@ pub struct Wrong {
     pub stuck_at: Option<f64>,
 }
 
+impl Wrong {
+    /// A part that is wrong with this probability, whatever its readings are.
+    pub fn with_rate(part: Part, rate: f64) -> Self {
+        Self { part, log_odds: (rate / (1.0 - rate)).ln(), stuck_at: None }
+    }
+}
+
 /// Logarithm of the prior odds of some parts together.
 pub fn log_odds(wrong: &[Wrong]) -> f64 {
     wrong.iter().map(|wrong| wrong.log_odds).sum()
