@@ -30,6 +30,7 @@ mod plan;
 mod predictor;
 mod signature;
 mod stated;
+mod triangular;
 mod view;
 mod when;
 

@@ -12,6 +12,7 @@ use super::Problem;
 use super::amplitude::{Beside, Errors, Looseness, Rows};
 use super::effects::{Hypothesis, Sensor};
 use super::next::{Proposed, with_all_proposed};
+use super::triangular::solve_lower;
 use super::when::TEST_NUMBER;
 use coldplate_base::error::{Error, Result};
 use coldplate_base::progress::Progress;
@@ -234,7 +235,7 @@ impl Detection<'_> {
         for (mut row, (k, deviation)) in shared.row_iter_mut().zip(&eliminated.acting) {
             row.copy_from(&(rows.shared.column(*k).tr_mul(&columns) * *deviation));
         }
-        eliminated.factor.l_dirty().solve_lower_triangular_mut(&mut shared);
+        solve_lower(eliminated.factor.l_dirty(), &mut shared);
         let square = |c: usize| columns.column(c).norm_squared() - shared.column(c).norm_squared();
         let mut seen: Vec<(usize, f64)> = (0..columns.ncols()).map(|c| (c, square(c).max(0.0).sqrt())).collect();
         seen.retain(|(_, length)| *length >= self.seen);

@@ -17,6 +17,7 @@ use super::others::Others;
 use super::profiles::{Curve, Function, Profiles};
 use super::response::Slope;
 use super::rows::{Looseness, Rows};
+use crate::triangular::solve_lower;
 
 /// Standard deviation of what is in proportion to a variable, as a share of that of the mean amplitude. Chosen: a law is about as large as
 /// what it is a law of.
@@ -162,27 +163,28 @@ impl<'a> Explained<'a> {
         self.columns.ncols()
     }
 
-    /// Matrix that the deviations of a row take from its metric: the inverse of K⁻¹ + XᵀX for the causes that are free, zero for the others;
-    /// with the logarithm of the determinant of I + K XᵀX.
-    fn taken(&self, row: usize, freedoms: &[Freedom]) -> (DMatrix<f64>, f64) {
+    /// Factor of I + K XᵀX in one row for the causes that are `free`. Scaled by the freedoms, the matrix stays regular where one of them is small.
+    fn loosened(&self, row: usize, free: &[usize], freedoms: &[Freedom]) -> Option<Cholesky<f64, Dyn>> {
+        let (_, products) = &self.own[row];
+        Cholesky::new(DMatrix::from_fn(free.len(), free.len(), |i, j| {
+            let of = freedoms[free[i]].freedom * freedoms[free[j]].freedom * products[(free[i], free[j])];
+            of + f64::from(u8::from(i == j))
+        }))
+    }
+
+    /// Matrix that the deviations of a row take from its metric: the inverse of K⁻¹ + XᵀX for the causes that are free, zero for the others.
+    fn taken(&self, row: usize, freedoms: &[Freedom]) -> DMatrix<f64> {
         let k = self.count();
         let free: Vec<usize> = (0..k).filter(|m| freedoms[*m].freedom > 0.0).collect();
         let mut all = DMatrix::zeros(k, k);
-        let (_, products) = &self.own[row];
-        // Scaled by the freedoms, the matrix stays regular where one of them is small.
-        let scaled = DMatrix::from_fn(free.len(), free.len(), |i, j| {
-            let of = freedoms[free[i]].freedom * freedoms[free[j]].freedom * products[(free[i], free[j])];
-            of + f64::from(u8::from(i == j))
-        });
-        let Some(factor) = Cholesky::new(scaled) else { return (all, 0.0) };
-        let log_determinant = 2.0 * factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
+        let Some(factor) = self.loosened(row, &free, freedoms) else { return all };
         let inverse = factor.inverse();
         for (i, a) in free.iter().enumerate() {
             for (j, b) in free.iter().enumerate() {
                 all[(*a, *b)] = freedoms[*a].freedom * freedoms[*b].freedom * inverse[(i, j)];
             }
         }
-        (all, log_determinant)
+        all
     }
 
     /// Standard deviations of the coefficients of the profiled causes.
@@ -209,7 +211,7 @@ impl<'a> Explained<'a> {
             let (k, deviation) = eliminated.acting[i];
             deviation * self.gram[(k, q + j)]
         });
-        eliminated.factor.l_dirty().solve_lower_triangular_mut(&mut along);
+        solve_lower(eliminated.factor.l_dirty(), &mut along);
         let mut products = self.gram.view((q, q), (own, own)).into_owned();
         products.gemm(-1.0, &along.transpose(), &along, 1.0);
         *last = Some((looseness, products.clone(), eliminated.log_determinant));
@@ -219,30 +221,58 @@ impl<'a> Explained<'a> {
     /// Logarithm of the evidence, without the constant that is alike for all sets; `None` where rounding leaves no positive matrix.
     pub fn log_evidence(&self, freedoms: &[Freedom], looseness: Looseness) -> Option<f64> {
         let mut determinant = self.rows.log_determinant();
-        let (gram, deviations) = if freedoms.iter().any(|f| f.freedom > 0.0) {
-            let mut gram = self.gram.clone();
-            for (row, (products, _)) in self.own.iter().enumerate() {
-                let (taken, own) = self.taken(row, freedoms);
-                determinant += own;
-                gram.gemm_tr(-1.0, products, &(taken * products), 1.0);
-            }
-            (gram, self.deviations(freedoms, looseness))
+        let is_free = freedoms.iter().any(|f| f.freedom > 0.0);
+        let eliminated;
+        let (gram, deviations) = if is_free {
+            (&self.gram, self.deviations(freedoms, looseness))
         } else {
             let (products, of_shared) = self.reduced(looseness)?;
             determinant += of_shared;
-            (products, DVector::from_iterator(self.profiled.ncols(), self.of_causes(freedoms)))
+            eliminated = products;
+            (&eliminated, DVector::from_iterator(self.profiled.ncols(), self.of_causes(freedoms)))
         };
         let last = gram.nrows() - 1;
         // Columns without variance are left out; the residual comes last.
-        let acting: Vec<usize> = (0..last).filter(|k| deviations[*k] > 0.0).collect();
+        let mut acting: Vec<(usize, f64)> = deviations.iter().copied().enumerate().filter(|(_, d)| *d > 0.0).collect();
         let size = acting.len();
-        let scaled = |i: usize, j: usize| deviations[acting[i]] * deviations[acting[j]] * gram[(acting[i], acting[j])];
-        let matrix = DMatrix::from_fn(size, size, |i, j| scaled(i, j) + f64::from(u8::from(i == j)));
-        let factor = Cholesky::new(matrix)?;
-        let mut along = DVector::from_fn(size, |i, _| deviations[acting[i]] * gram[(acting[i], last)]);
+        acting.push((last, 1.0));
+        let scaled = |i: usize, j: usize| acting[i].1 * acting[j].1 * gram[(acting[i].0, acting[j].0)];
+        // Only the triangle below the diagonal is read.
+        let mut matrix = DMatrix::from_fn(size + 1, size + 1, |i, j| if i >= j { scaled(j, i) } else { 0.0 });
+        if is_free {
+            let (taken, own) = self.taken_from(&acting, freedoms)?;
+            determinant += own;
+            matrix.gemm(-1.0, &taken, &taken.transpose(), 1.0);
+        }
+        (0..size).for_each(|k| matrix[(k, k)] += 1.0);
+        let factor = Cholesky::new(matrix.view((0, 0), (size, size)).into_owned())?;
+        let mut along = DVector::from_fn(size, |i, _| matrix[(size, i)]);
         factor.l_dirty().solve_lower_triangular_mut(&mut along);
         determinant += 2.0 * factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
-        Some(-0.5 * (gram[(last, last)] - along.norm_squared() + determinant))
+        Some(-0.5 * (matrix[(size, size)] - along.norm_squared() + determinant))
+    }
+
+    /// A root of all that the deviations of the rows take from the products of columns, which are scaled: a line for each of these; with the sum
+    /// of the logarithms of the determinants.
+    fn taken_from(&self, columns: &[(usize, f64)], freedoms: &[Freedom]) -> Option<(DMatrix<f64>, f64)> {
+        let free: Vec<usize> = (0..self.count()).filter(|m| freedoms[*m].freedom > 0.0).collect();
+        let mut root = DMatrix::zeros(columns.len(), free.len() * self.own.len());
+        let mut log_determinant = 0.0;
+        for (row, (products, _)) in self.own.iter().enumerate() {
+            let factor = self.loosened(row, &free, freedoms)?;
+            log_determinant += 2.0 * factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
+            // A triangular solve by the small factor, for all columns at once.
+            let lower = factor.l_dirty();
+            for (i, m) in free.iter().enumerate() {
+                let at = row * free.len();
+                for (k, (column, deviation)) in columns.iter().enumerate() {
+                    let own = freedoms[*m].freedom * deviation * products[(*m, *column)];
+                    let before: f64 = (0..i).map(|j| lower[(i, j)] * root[(k, at + j)]).sum();
+                    root[(k, at + i)] = (own - before) / lower[(i, i)];
+                }
+            }
+        }
+        Some((root, log_determinant))
     }
 
     /// The posterior under one choice; `None` as in [`Explained::log_evidence`].
@@ -274,7 +304,7 @@ impl<'a> Explained<'a> {
         }
         for (row, range) in self.rows.ranges.iter().enumerate() {
             let x = self.columns.rows_range(range.clone());
-            let (taken, _) = self.taken(row, freedoms);
+            let taken = self.taken(row, freedoms);
             let less = x * (taken * x.tr_mul(&columns.rows_range(range.clone())));
             let mut own = found.rows_range_mut(range.clone());
             own -= less;
@@ -383,14 +413,13 @@ impl Posterior<'_> {
     /// What the readings say of each other.
     pub fn others(&self) -> Others {
         let (explained, rows) = (self.explained, self.explained.rows);
-        let lower = self.factor.l();
         // The columns of the metric times the inverse of the upper factor of their matrix.
         let mut across = self.metric.transpose();
-        lower.solve_lower_triangular_mut(&mut across);
+        solve_lower(self.factor.l_dirty(), &mut across);
         let across = rows.unwhiten(&across.transpose());
         let of = |(row, range): (usize, &std::ops::Range<usize>)| {
             let x = explained.columns.rows_range(range.clone());
-            let (taken, _) = explained.taken(row, &self.freedoms);
+            let taken = explained.taken(row, &self.freedoms);
             rows.unwhiten_row(row, DMatrix::identity(range.len(), range.len()) - x * taken * x.transpose())
         };
         let blocks = rows.ranges.iter().enumerate().map(of).collect();
@@ -409,7 +438,7 @@ impl Posterior<'_> {
             let mut block = own - metric * &inverse * metric.transpose();
             if self.freedoms.iter().any(|f| f.freedom > 0.0) {
                 let x = self.explained.columns.rows_range(range.clone());
-                let (taken, _) = self.explained.taken(row, &self.freedoms);
+                let taken = self.explained.taken(row, &self.freedoms);
                 block -= x * taken * x.transpose();
             }
             let pull = self.pull.rows_range(range.clone());

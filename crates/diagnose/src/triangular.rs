@@ -1,0 +1,41 @@
+//! Triangular systems with many right-hand sides.
+
+use nalgebra::{DMatrix, DMatrixView, DMatrixViewMut};
+
+/// Unknowns below which a system is solved column by column.
+const SMALL: usize = 32;
+
+/// Solves L X = B in place of B, with the triangle of L below its diagonal. The system is halved again and again, so that most of the work is
+/// in products of matrices.
+pub fn solve_lower(lower: &DMatrix<f64>, columns: &mut DMatrix<f64>) {
+    solve(lower.as_view(), columns.as_view_mut());
+}
+
+fn solve(lower: DMatrixView<'_, f64>, mut columns: DMatrixViewMut<'_, f64>) {
+    let size = lower.nrows();
+    if size <= SMALL {
+        lower.solve_lower_triangular_mut(&mut columns);
+        return;
+    }
+    let half = size / 2;
+    let (mut first, mut second) = columns.rows_range_pair_mut(..half, half..);
+    solve(lower.view((0, 0), (half, half)), first.as_view_mut());
+    second.gemm(-1.0, &lower.view((half, 0), (size - half, half)), &first, 1.0);
+    solve(lower.view((half, half), (size - half, size - half)), second);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn halves_give_what_columns_give() {
+        for size in [1, 32, 33, 131] {
+            let lower = DMatrix::from_fn(size, size, |i, j| if i == j { 2.0 } else { ((i * 7 + j * 3) as f64).sin() / size as f64 });
+            let columns = DMatrix::from_fn(size, 5, |i, j| ((i + 11 * j) as f64).cos());
+            let mut found = columns.clone();
+            solve_lower(&lower, &mut found);
+            assert!((lower.lower_triangle() * &found - columns).amax() < 1e-12);
+        }
+    }
+}
