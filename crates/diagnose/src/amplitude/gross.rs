@@ -115,6 +115,19 @@ impl<'a> Gross<'a> {
             }
             best = found;
         }
+        // A disturbance that took the place of gross errors goes only as they are set aside.
+        let mut own = best.clone();
+        let mut seen = Vec::new();
+        while let Some(aside) = self.next(&Fit { looseness: self.search.still(own.looseness), ..own.clone() }) {
+            if seen.contains(&aside) {
+                break;
+            }
+            seen.push(aside.clone());
+            own = self.with_aside(&own, aside);
+            if own.log_posterior() > best.log_posterior() {
+                best = own.clone();
+            }
+        }
         best
     }
 

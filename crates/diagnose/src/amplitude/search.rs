@@ -345,15 +345,22 @@ impl<'a> Search<'a> {
     }
 
     /// Evidence that a fit loses where its amplitudes want to be beyond their range: half the square of how far, in standard deviations. An
-    /// amplitude that is alike in all rows counts once, one that is new in every row in each, and of a curve the row that is furthest.
+    /// amplitude that is alike in all rows counts once, one that is new in every row in each, and of a curve the row that is furthest. What is
+    /// or is not, and not in every row, is there wholly or not at all.
     fn beyond(&self, fit: &Fit, found: &[Vec<f64>], posterior: &Posterior<'_>) -> f64 {
         let of = |(k, own): (usize, &Vec<f64>)| {
             let (candidate, freedom) = (&self.candidates[fit.members[k]], fit.freedoms[k]);
             let (low, high) = candidate.range;
             let low = if candidate.is_signed { low } else { low.max(0.0) };
             let course = if self.is_log() { self.all_profiles.course(own) } else { own.clone() };
-            let excess: Vec<f64> = course.iter().map(|a| (low - a).max(a - high).max(0.0)).collect();
-            if candidate.is_fixed || excess.iter().all(|e| *e < STANDS) {
+            let is_alike = freedom.freedom == 0.0 && freedom.curve.is_none();
+            let beyond = |a: &f64| match candidate.is_fixed {
+                true if is_alike => 0.0,
+                true => a.abs().min((a - 1.0).abs()),
+                false => (low - a).max(a - high).max(0.0),
+            };
+            let excess: Vec<f64> = course.iter().map(beyond).collect();
+            if excess.iter().all(|e| *e < STANDS) {
                 return 0.0;
             }
             let squares = excess.iter().zip(posterior.variances(k)).map(|(e, variance)| e * e / variance.max(f64::MIN_POSITIVE));
@@ -397,6 +404,11 @@ impl<'a> Search<'a> {
         Some(most)
     }
 
+    /// A looseness without disturbance.
+    pub(super) fn still(&self, looseness: Looseness) -> Looseness {
+        Looseness { disturbance: self.disturbances()[0], ..looseness }
+    }
+
     /// A set with one further place, where its linear model has the largest evidence.
     fn begun(&self, fit: &Fit, further: usize) -> Option<Fit> {
         let candidate = &self.candidates[further];
@@ -407,7 +419,7 @@ impl<'a> Search<'a> {
         freedoms.push(Freedom::constant(self.settings.sizes[0]));
         let mut best: Option<Fit> = None;
         // A disturbance that took the place of a cause goes only as the cause comes: with one alone neither is better.
-        let still = Looseness { disturbance: self.disturbances()[0], ..fit.looseness };
+        let still = self.still(fit.looseness);
         // About a machine with others in force only the slope is known.
         let is_slope = fit.reference.as_ref().is_some_and(|all| !all.others.is_empty());
         let knots = if is_slope { &[0.0][..] } else { candidate.answer.knots() };

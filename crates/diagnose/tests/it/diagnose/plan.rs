@@ -7,7 +7,7 @@ use coldplate_testing::machines::SMALL;
 
 use super::hidden::Hidden;
 
-const SEEDS: std::ops::Range<u64> = 1..9;
+const SEEDS: std::ops::Range<u64> = 1..5;
 
 /// Heat in a part, of the least amplitude that the plan calls seen and of a quarter of it.
 #[test]
@@ -34,8 +34,8 @@ fn the_least_heat_that_is_seen() {
             found.filter(|verdict| *verdict != Verdict::Consistent).count()
         };
         let (seen, less) = (alarms(own.least), alarms(0.25 * own.least));
-        println!("{part}: {:.2} W, {:.3} K: {seen} of 8, of a quarter {less}", own.least, own.change);
-        assert!(seen >= 6 && less <= 2, "{part}: {:.2} W: {seen} of 8, of a quarter {less}", own.least);
+        println!("{part}: {:.2} W, {:.3} K: {seen} of 4, of a quarter {less}", own.least, own.change);
+        assert!(seen >= 3 && less <= 1, "{part}: {:.2} W: {seen} of 4, of a quarter {less}", own.least);
     }
 }
 

@@ -52,17 +52,17 @@ fn named(found: &Diagnosis) -> Vec<String> {
 /// Without numbers that may be off, all of these raise an alarm, and a cause is named for certain on three.
 #[test]
 fn nothing_is_wrong_with_machines_of_other_sizes() {
-    let all: Vec<Diagnosis> = (1..=12).map(|seed| found(seed, None)).collect();
+    let all: Vec<Diagnosis> = (1..=6).map(|seed| found(seed, None)).collect();
     assert!(all.iter().all(|found| found.verdict != Verdict::Explained));
     let consistent: Vec<&Diagnosis> = all.iter().filter(|found| found.verdict == Verdict::Consistent).collect();
-    assert!(consistent.len() >= 8, "{} of 12", consistent.len());
+    assert!(consistent.len() >= 4, "{} of 6", consistent.len());
     assert!(consistent.iter().filter(|found| found.misfit.probability < 0.001).all(|found| found.unexplained.spread > 0.0));
 }
 
 /// Nothing but the cause itself is named for certain.
 #[test]
 fn a_small_cause_is_no_other_beside_other_sizes() {
-    for seed in 31..=42 {
+    for seed in 31..=36 {
         let found = found(seed, Some(("contact.foot.conductance", "\"200 W/(m2 K)\"")));
         assert!(found.verdict != Verdict::Explained || found.level.what.contains("contact conductance at foot"), "{:?}", found.level);
     }
