@@ -115,7 +115,13 @@ impl<'a> Gross<'a> {
             }
             best = found;
         }
-        // A disturbance that took the place of gross errors goes only as they are set aside.
+        best
+    }
+
+    /// The machine as it is without what it calls wrong. A disturbance that took the place of gross errors goes only as they are set aside, so
+    /// that these are sought without it too.
+    pub fn nothing(&self, whole: &Fit) -> Fit {
+        let mut best = self.cleared(whole.clone());
         let mut own = best.clone();
         let mut seen = Vec::new();
         while let Some(aside) = self.next(&Fit { looseness: self.search.still(own.looseness), ..own.clone() }) {
@@ -140,15 +146,38 @@ impl<'a> Gross<'a> {
         whole.into_iter().chain(less.map(|aside| self.with_aside(nothing, aside))).collect()
     }
 
+    /// A fit with one cause more that acts on nothing but several parts set aside, with these taken back: an exchange of sensors. Beside any of
+    /// these parts it explains nothing, and with one of them taken back little.
+    pub fn instead(&self, fit: &Fit) -> Vec<Fit> {
+        let now = self.of_all(&fit.aside);
+        let of = |further: usize| {
+            let acting = self.search.acting(further);
+            let is_other = |wrong: &Wrong| self.readings(wrong.part).iter().all(|i| acting.binary_search(i).is_err());
+            let (others, own): (Vec<Wrong>, Vec<Wrong>) = fit.aside.iter().copied().partition(is_other);
+            if own.len() < 2 || fit.members.contains(&further) || acting.iter().any(|i| now.binary_search(i).is_err()) {
+                return None;
+            }
+            let begun = self.begun(fit, others);
+            let search = self.search.with_errors_of(&begun);
+            Some(search.refined(search.begun(&begun, further)?)).filter(|fit| fit.log_evidence.is_finite())
+        };
+        if fit.aside.len() < 2 { Vec::new() } else { (0..self.search.candidates.len()).filter_map(of).collect() }
+    }
+
     /// A fit with other parts set aside, fitted anew.
     fn with_aside(&self, fit: &Fit, aside: Vec<Wrong>) -> Fit {
+        let begun = self.begun(fit, aside);
+        self.search.with_errors_of(&begun).fit(begun.clone())
+    }
+
+    /// A fit with other parts set aside, not fitted yet.
+    fn begun(&self, fit: &Fit, aside: Vec<Wrong>) -> Fit {
         let own = &self.search.errors.noise;
         let mut errors = fit.errors.as_deref().unwrap_or(self.search.errors).clone();
         errors.aside = self.of_all(&aside);
         errors.noise.clone_from(own);
         errors.aside.iter().for_each(|i| errors.noise[*i] = self.wide());
-        let begun = Fit { errors: Some(Arc::new(errors)), aside, ..fit.clone() };
-        self.search.with_errors_of(&begun).fit(begun.clone())
+        Fit { errors: Some(Arc::new(errors)), aside, ..fit.clone() }
     }
 
     /// Parts that are better set aside, by the one that promises most: one more or one less than now; `None` where each promises less.

@@ -20,7 +20,7 @@ const NEAR: f64 = 0.2;
 /// Longest step of an amplitude, in units of its kind's scale: beyond it the linear model has not been.
 const LONGEST_STEP: f64 = 1.5;
 /// Sets that grow by a further place.
-const GROWING: usize = 6;
+pub(super) const GROWING: usize = 6;
 /// Further places of each of them that are fitted to the end.
 const FITTED: usize = 6;
 /// Machines with a set in force that are made linear at most.
@@ -404,13 +404,21 @@ impl<'a> Search<'a> {
         Some(most)
     }
 
+    /// Readings of a table that a cause acts on, rising.
+    pub(super) fn acting(&self, cause: usize) -> Vec<usize> {
+        match self.candidates[cause].answer.at(&self.alike(0.0), &self.errors.row_of).1 {
+            Slope::OfRow(column) => column.iter().enumerate().filter(|(_, slope)| **slope != 0.0).map(|(i, _)| i).collect(),
+            Slope::OfFunctions(_) => Vec::new(),
+        }
+    }
+
     /// A looseness without disturbance.
     pub(super) fn still(&self, looseness: Looseness) -> Looseness {
         Looseness { disturbance: self.disturbances()[0], ..looseness }
     }
 
     /// A set with one further place, where its linear model has the largest evidence.
-    fn begun(&self, fit: &Fit, further: usize) -> Option<Fit> {
+    pub(super) fn begun(&self, fit: &Fit, further: usize) -> Option<Fit> {
         let candidate = &self.candidates[further];
         let mut members = fit.members.clone();
         members.push(further);
@@ -529,7 +537,7 @@ fn ordered(members: &[usize]) -> Vec<usize> {
 }
 
 /// Fits with evidence, most probable first.
-fn sorted(mut fits: Vec<Fit>) -> Vec<Fit> {
+pub(super) fn sorted(mut fits: Vec<Fit>) -> Vec<Fit> {
     fits.retain(|fit| fit.log_evidence.is_finite());
     fits.sort_by(|a, b| b.log_posterior().total_cmp(&a.log_posterior()));
     fits

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::gross::Gross;
-use super::search::{Fit, Search};
+use super::search::{Fit, GROWING, Search, sorted};
 use coldplate_base::progress::Progress;
 
 /// Places of one set at most.
@@ -47,16 +47,19 @@ impl OfOneSize {
 /// parts set aside that may be grossly wrong.
 pub fn fitted(search: &Search<'_>, gross: Option<&Gross<'_>>, most: usize, progress: &dyn Progress) -> (Fit, Vec<Fit>) {
     let whole = search.nothing();
-    let nothing = gross.map_or_else(|| whole.clone(), |gross| gross.cleared(whole.clone()));
+    let nothing = gross.map_or_else(|| whole.clone(), |gross| gross.nothing(&whole));
     progress.say("places and kinds alone");
     let begun = gross.map_or_else(Vec::new, |gross| gross.beginnings(&nothing));
-    let begun = begun.iter().flat_map(|aside| search.beside(aside).singles(aside)).collect();
-    let mut last = OfOneSize::new(search, gross, most, search.singles(&whole), begun);
+    let mut begun: Vec<Fit> = begun.iter().flat_map(|aside| search.beside(aside).singles(aside)).collect();
+    begun.extend(gross.map_or_else(Vec::new, |gross| gross.instead(&nothing)));
+    let mut last = OfOneSize::new(search, gross, most, search.singles(&whole), sorted(begun));
     let mut all: Vec<Fit> = last.all().cloned().collect();
     for count in 2..=MOST_PLACES {
         let before = all.iter().map(Fit::log_posterior).fold(f64::NEG_INFINITY, f64::max);
         progress.say(&format!("sets of {count}"));
-        last = OfOneSize::new(search, gross, most, search.grown(&last.whole), search.grown(&last.cleared));
+        let instead = |gross: &Gross<'_>| last.cleared.par_iter().take(GROWING).flat_map_iter(|fit| gross.instead(fit)).collect();
+        let begun = [search.grown(&last.cleared), gross.map_or_else(Vec::new, instead)].concat();
+        last = OfOneSize::new(search, gross, most, search.grown(&last.whole), sorted(begun));
         all.extend(last.all().cloned());
         if last.most() <= before {
             break;

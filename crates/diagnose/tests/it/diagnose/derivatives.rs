@@ -269,6 +269,6 @@ fn derivatives_are_those_of_the_edits() {
         wrong.extend(found);
         checked += count;
     }
-    assert!(checked > 1000, "{checked}");
+    assert!(checked > 900, "{checked}");
     assert!(wrong.is_empty(), "{} of {checked} effects are not what their lines do: {wrong:#?}", wrong.len());
 }
