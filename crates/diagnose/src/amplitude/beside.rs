@@ -29,7 +29,7 @@ use coldplate_base::error::Result;
 use coldplate_base::progress::Progress;
 use coldplate_evidence::discrepancy::DiscrepancySize;
 use coldplate_evidence::identify::chi_square_tail;
-use coldplate_evidence::measurement::{MeasurementUncertainty, ReadingRow, TIME, whiten};
+use coldplate_evidence::measurement::{MeasurementUncertainty, ReadingRow, TIME, VariableUncertainty, whiten};
 use coldplate_network::Load;
 
 /// Amplitudes at which the machine is solved for each cause that bends, in units of its scale.
@@ -46,6 +46,9 @@ const REFINED_OF_CELLS: [usize; 2] = [6, 3];
 const RUN_OF_CELLS: [usize; 2] = [48, 12];
 /// Sets of a log whose posterior is further behind the best one of their size, in logarithms, say nothing of the answer.
 const COUNTS: f64 = 10.0;
+/// Deviations of a condition, as stated, that a disturbance of size one has. Chosen: where heats repeat within 1 %, so do conditions within what
+/// is stated of their instruments.
+const OF_CONDITIONS: f64 = 100.0;
 /// Sets that are reported.
 const MOST_SETS: usize = 12;
 
@@ -100,7 +103,14 @@ impl<'p> Beside<'p> {
         // From test to test the level of all sources together differs too: one supply, one load.
         let sources = columns(&|h| matches!(h.effect, Effect::Heat(Heat::Source(_))) && h.law == h.effect.usual_law());
         let level = sources.into_iter().reduce(|sum, own| sum.iter().zip(own).map(|(a, b)| a + b).collect());
-        let heats = into.into_iter().map(|own| own.iter().map(|c| c * mean).collect()).chain(level).collect();
+        // So do the conditions, from what is stated of them.
+        let condition = |(v, stated): (usize, &VariableUncertainty)| -> Vec<f64> {
+            let size = |row: &usize| stated.absolute.max(stated.relative * problem.data.rows[*row].condition.si()[v].abs());
+            let slopes = base.found.prediction.conditions.iter().map(|slopes| slopes[v]);
+            places.iter().zip(slopes).map(|((row, _), slope)| OF_CONDITIONS * size(row) * slope).collect()
+        };
+        let conditions = problem.uncertainty.variables.iter().enumerate().map(condition);
+        let heats = into.into_iter().map(|own| own.iter().map(|c| c * mean).collect()).chain(level).chain(conditions).collect();
         Errors {
             row_of: consecutive(places.iter().map(|(row, _)| *row)),
             noise: base.errors.noise().to_vec(),
@@ -533,15 +543,31 @@ fn candidate(predictor: &Predictor<'_>, (h, column): (&Hypothesis, &Vec<f64>), s
     }
     // An error of a sensor or of a temperature around the machine that follows anything does what the wandering errors and the disturbance do,
     // and would explain everything by definition: it is there, sets in, or grows.
-    let may_follow = !h.is_sensor() && h.unit != "K";
+    let is_around = !h.is_sensor() && h.unit == "K";
+    let may_follow = !h.is_sensor() && !is_around;
     let may_wander = may_follow && !matches!(h.effect, Effect::Heat(_) | Effect::User(_));
     let (is_signed, may_run) = (h.is_signed && !h.is_fixed(), h.law == h.effect.usual_law());
-    // An error of one sensor that is another in every row is noise, which is stated, or a broken sensor; a level of all heats is the disturbance.
-    let is_level = h.effect == Effect::Common(Common::Heats);
-    let may_vary = !is_level && (!h.is_sensor() || h.is_fixed() || h.effect == Effect::Sensor(Sensor::All));
+    // An error of one sensor that is another in every row is noise, which is stated, or a broken sensor. What all members of a kind share, or a
+    // temperature around the machine, may follow something; where it is another in every row, it is the disturbance.
+    let is_heats = h.effect == Effect::Common(Common::Heats);
+    let may_vary = !is_heats && (!h.is_sensor() || h.is_fixed() || h.effect == Effect::Sensor(Sensor::All));
+    let is_level = is_around || matches!(h.effect, Effect::Common(_) | Effect::Sensor(Sensor::All));
+    let may_scatter = may_vary && !is_level;
     // Heats and paths that a machine lacks may have any size. A sensor that is off by many times the usual is broken, a case of the mixture.
     let has_tails = h.has_tails() && !h.is_sensor();
-    Candidate { answer, is_signed, is_fixed: h.is_fixed(), range, has_tails, rate: 1.0, may_wander, may_follow, may_run, may_vary }
+    Candidate {
+        answer,
+        is_signed,
+        is_fixed: h.is_fixed(),
+        range,
+        has_tails,
+        rate: 1.0,
+        may_wander,
+        may_follow,
+        may_run,
+        may_vary,
+        may_scatter,
+    }
 }
 
 /// Rising numbers, counted from zero without gaps.

@@ -83,7 +83,7 @@ impl Search<'_> {
     pub(super) fn ways(&self, from: Freedom, with_curves: bool, (candidate, own): (&Candidate, &[f64])) -> [Vec<Freedom>; 3] {
         let s = self.settings;
         let may_vary = candidate.may_run && candidate.may_vary;
-        let freedoms = if self.is_log() || !may_vary { &s.freedoms[..1] } else { &s.freedoms[..] };
+        let freedoms = if self.is_log() || !(may_vary && candidate.may_scatter) { &s.freedoms[..1] } else { &s.freedoms[..] };
         let of = |size: &f64| freedoms.iter().map(|freedom| Freedom { size: *size, freedom: *freedom, ..from }).collect::<Vec<_>>();
         // What acts by laws of the time may not be there beside them.
         let none = Some(0.0).filter(|_| self.profiles.laws().into_iter().any(|law| from.has(law) && self.profiles.is_when(law)));

@@ -34,8 +34,9 @@ pub struct Errors {
     pub uncertain: Range<usize>,
     /// Change of every reading with the logarithm of each number of the machine, K.
     pub numbers: Vec<Vec<f64>>,
-    /// Change of every reading with a heat in each part as large as the machine's mean heat, K: the disturbance has its own in every row. In
-    /// logs also of each stretch of time.
+    /// Change of every reading with the disturbance of size one, K, which is another in every row: with a heat in each part as large as the
+    /// machine's mean heat, with the level of all heats, and with each condition by a multiple of what is stated of its error. In logs the heats
+    /// alone, also of each stretch of time.
     pub heats: Vec<Vec<f64>>,
     /// In logs, what the readings are whitened by in place of `noise`.
     pub log: Option<LogNoise>,
@@ -112,7 +113,7 @@ impl Looseness {
         let percent = |share: f64| significant(100.0 * share, 2);
         let numbers = (self.spread > 0.0).then(|| format!("numbers of the machine file off by {} %", percent(self.spread)));
         let heats = (self.disturbance > 0.0)
-            .then(|| format!("heats in every part that nothing explains, of {} % of the machine's heat", percent(self.disturbance)));
+            .then(|| format!("heats or conditions that nothing explains, of {} % of the machine's heat", percent(self.disturbance)));
         let errors = (self.wandering > 0.0).then(|| format!("errors of the sensors that wander, of {} K", significant(self.wandering, 2)));
         numbers.into_iter().chain(heats).chain(errors).collect::<Vec<_>>().join("; ")
     }

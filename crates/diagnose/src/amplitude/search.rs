@@ -49,9 +49,10 @@ pub struct Candidate {
     pub may_follow: bool,
     /// Whether its amplitude may run over the rows at all.
     pub may_run: bool,
-    /// Whether its amplitude may be another in every row of a table, or follow a curve over the rows; always in logs, where curves have rules of
-    /// their own.
+    /// Whether its amplitude may follow a curve over the rows of a table; always in logs, where curves have rules of their own.
     pub may_vary: bool,
+    /// Whether its amplitude may be another in every row of a table.
+    pub may_scatter: bool,
 }
 
 impl Candidate {

@@ -11,7 +11,8 @@ pub struct AmplitudeSettings {
     pub spreads: Vec<f64>,
     /// Price of the spread of the numbers in log evidence, per unit: an exponential prior of mean 3 %.
     pub spread_price: f64,
-    /// Sizes of the disturbance that are tried, standard deviations of a heat in every part as shares of the machine's mean heat.
+    /// Sizes of the disturbance that are tried, standard deviations of a heat in every part as shares of the machine's mean heat; with 1 %
+    /// the conditions are off as much again as is stated of them, and in proportion.
     pub disturbances: Vec<f64>,
     /// Price of the disturbance in log evidence, per unit: an exponential prior of mean 5 %.
     pub disturbance_price: f64,
