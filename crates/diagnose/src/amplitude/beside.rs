@@ -542,17 +542,16 @@ fn candidate(predictor: &Predictor<'_>, (h, column): (&Hypothesis, &Vec<f64>), s
         }
     }
     // An error of a sensor or of a temperature around the machine that follows anything does what the wandering errors and the disturbance do,
-    // and would explain everything by definition: it is there, sets in, or grows.
-    let is_around = !h.is_sensor() && h.unit == "K";
-    let may_follow = !h.is_sensor() && !is_around;
-    let may_wander = may_follow && !matches!(h.effect, Effect::Heat(_) | Effect::User(_));
+    // and would explain everything by definition: it is there, sets in, or grows. A kind of the user's own has its law.
+    let is_of_user = matches!(h.effect, Effect::User(_));
+    let may_follow = !h.is_sensor() && h.unit != "K" && !is_of_user;
+    let may_wander = may_follow && !matches!(h.effect, Effect::Heat(_));
     let (is_signed, may_run) = (h.is_signed && !h.is_fixed(), h.law == h.effect.usual_law());
-    // An error of one sensor that is another in every row is noise, which is stated, or a broken sensor. What all members of a kind share, or a
-    // temperature around the machine, may follow something; where it is another in every row, it is the disturbance.
+    // An error of one sensor that is another in every row is noise, which is stated, or a broken sensor. What all members of a kind share may
+    // follow something; where it is another in every row, it is the disturbance.
     let is_heats = h.effect == Effect::Common(Common::Heats);
-    let may_vary = !is_heats && (!h.is_sensor() || h.is_fixed() || h.effect == Effect::Sensor(Sensor::All));
-    let is_level = is_around || matches!(h.effect, Effect::Common(_) | Effect::Sensor(Sensor::All));
-    let may_scatter = may_vary && !is_level;
+    let may_vary = !is_heats && !is_of_user && (!h.is_sensor() || h.is_fixed() || h.effect == Effect::Sensor(Sensor::All));
+    let may_scatter = may_vary && !matches!(h.effect, Effect::Common(_) | Effect::Sensor(Sensor::All));
     // Heats and paths that a machine lacks may have any size. A sensor that is off by many times the usual is broken, a case of the mixture.
     let has_tails = h.has_tails() && !h.is_sensor();
     Candidate {
