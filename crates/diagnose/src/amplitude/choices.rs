@@ -74,6 +74,11 @@ impl Search<'_> {
         best
     }
 
+    /// Whether an amplitude may be another in every row. In one condition there is nothing to vary.
+    pub(super) fn may_scatter(&self, candidate: &Candidate) -> bool {
+        candidate.may_run && candidate.may_vary && candidate.may_scatter && !self.is_log() && self.profiles.functions.nrows() > 1
+    }
+
     /// Functions of the rows that each amplitude follows.
     pub fn followed(&self, freedoms: &[Freedom]) -> Vec<Vec<usize>> {
         freedoms.iter().map(|f| self.profiles.with(f.curve.map(|(curve, _)| curve))).collect()
@@ -83,7 +88,7 @@ impl Search<'_> {
     pub(super) fn ways(&self, from: Freedom, with_curves: bool, (candidate, own): (&Candidate, &[f64])) -> [Vec<Freedom>; 3] {
         let s = self.settings;
         let may_vary = candidate.may_run && candidate.may_vary;
-        let freedoms = if self.is_log() || !(may_vary && candidate.may_scatter) { &s.freedoms[..1] } else { &s.freedoms[..] };
+        let freedoms = if self.may_scatter(candidate) { &s.freedoms[..] } else { &s.freedoms[..1] };
         let of = |size: &f64| freedoms.iter().map(|freedom| Freedom { size: *size, freedom: *freedom, ..from }).collect::<Vec<_>>();
         // What acts by laws of the time may not be there beside them.
         let none = Some(0.0).filter(|_| self.profiles.laws().into_iter().any(|law| from.has(law) && self.profiles.is_when(law)));

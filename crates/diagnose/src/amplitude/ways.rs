@@ -158,10 +158,13 @@ impl Ways<'_> {
             let gain = gain.map_or(f64::NEG_INFINITY, |gain| gain - price(freedom));
             unknown.push(Choice { means: Means::Unknown, freedom, gain, price: 0.0, number: None });
         };
-        for size in sizes.iter().filter(|_| search.candidates[fit.members[m]].may_vary) {
+        let candidate = &search.candidates[fit.members[m]];
+        for size in sizes.iter().filter(|_| candidate.may_vary && self.row_count() > 1) {
             for deviation in search.settings.freedoms.iter().filter(|d| **d > 0.0) {
                 let in_rows = Freedom { freedom: *deviation, ..Freedom::constant(*size) };
-                free(in_rows, evidence(in_rows).map(|log| log - ground));
+                if search.may_scatter(candidate) {
+                    free(in_rows, evidence(in_rows).map(|log| log - ground));
+                }
                 for curve in smooth.curves() {
                     let along = smooth
                         .with(Some(curve))
