@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DMatrixView, DMatrixViewMut};
 
-/// Unknowns below which a system is solved column by column.
+/// Unknowns below which a system is solved column by column. Chosen; it decides the time alone.
 const SMALL: usize = 32;
 
 /// Solves L X = B in place of B, with the triangle of L below its diagonal. The system is halved again and again, so that most of the work is

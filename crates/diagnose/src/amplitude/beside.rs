@@ -46,9 +46,6 @@ const REFINED_OF_CELLS: [usize; 2] = [6, 3];
 const RUN_OF_CELLS: [usize; 2] = [48, 12];
 /// Sets of a log whose posterior is further behind the best one of their size, in logarithms, say nothing of the answer.
 const COUNTS: f64 = 10.0;
-/// Deviations of a condition, as stated, that a disturbance of size one has. Chosen: where heats repeat within 1 %, so do conditions within what
-/// is stated of their instruments.
-const OF_CONDITIONS: f64 = 100.0;
 /// Sets that are reported.
 const MOST_SETS: usize = 12;
 
@@ -103,11 +100,11 @@ impl<'p> Beside<'p> {
         // From test to test the level of all sources together differs too: one supply, one load.
         let sources = columns(&|h| matches!(h.effect, Effect::Heat(Heat::Source(_))) && h.law == h.effect.usual_law());
         let level = sources.into_iter().reduce(|sum, own| sum.iter().zip(own).map(|(a, b)| a + b).collect());
-        // So do the conditions, from what is stated of them.
+        // Conditions too are off by more than is stated of them.
         let condition = |(v, stated): (usize, &VariableUncertainty)| -> Vec<f64> {
             let size = |row: &usize| stated.absolute.max(stated.relative * problem.data.rows[*row].condition.si()[v].abs());
             let slopes = base.found.prediction.conditions.iter().map(|slopes| slopes[v]);
-            places.iter().zip(slopes).map(|((row, _), slope)| OF_CONDITIONS * size(row) * slope).collect()
+            places.iter().zip(slopes).map(|((row, _), slope)| problem.settings.condition_errors * size(row) * slope).collect()
         };
         let conditions = problem.uncertainty.variables.iter().enumerate().map(condition);
         let heats = into.into_iter().map(|own| own.iter().map(|c| c * mean).collect()).chain(level).chain(conditions).collect();

@@ -9,15 +9,17 @@
 //! In logs a reading answers to all amplitudes before it: x_m is a column for each function of time that the amplitude may follow, and d is
 //! left out. Nothing then changes the metric, and the columns that all sets share are eliminated once.
 
+mod posterior;
+
 use std::sync::{Mutex, PoisonError};
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-use super::others::Others;
 use super::profiles::{Curve, Function, Profiles};
 use super::response::Slope;
 use super::rows::{Looseness, Rows};
 use crate::triangular::solve_lower;
+pub use posterior::{Functions, Posterior};
 
 /// Standard deviation of what is in proportion to a variable, as a share of that of the mean amplitude. Chosen: a law is about as large as
 /// what it is a law of.
@@ -92,17 +94,6 @@ pub struct Explained<'a> {
     reduced: Mutex<Option<(Looseness, DMatrix<f64>, f64)>>,
 }
 
-/// The posterior under one choice of freedoms.
-pub struct Posterior<'a> {
-    explained: &'a Explained<'a>,
-    freedoms: Vec<Freedom>,
-    /// Shared columns and mean amplitudes under the metric of the rows, each for one standard deviation.
-    metric: DMatrix<f64>,
-    factor: Cholesky<f64, Dyn>,
-    /// Inverse covariance times the residual.
-    pull: DVector<f64>,
-}
-
 impl<'a> Explained<'a> {
     /// A residual (K) beside causes, one column each: K for an amplitude of the cause's scale. `functions` are those of the rows that each
     /// cause may follow.
@@ -172,21 +163,6 @@ impl<'a> Explained<'a> {
         }))
     }
 
-    /// Matrix that the deviations of a row take from its metric: the inverse of K⁻¹ + XᵀX for the causes that are free, zero for the others.
-    fn taken(&self, row: usize, freedoms: &[Freedom]) -> DMatrix<f64> {
-        let k = self.count();
-        let free: Vec<usize> = (0..k).filter(|m| freedoms[*m].freedom > 0.0).collect();
-        let mut all = DMatrix::zeros(k, k);
-        let Some(factor) = self.loosened(row, &free, freedoms) else { return all };
-        let inverse = factor.inverse();
-        for (i, a) in free.iter().enumerate() {
-            for (j, b) in free.iter().enumerate() {
-                all[(*a, *b)] = freedoms[*a].freedom * freedoms[*b].freedom * inverse[(i, j)];
-            }
-        }
-        all
-    }
-
     /// Standard deviations of the coefficients of the profiled causes.
     fn of_causes<'s>(&'s self, freedoms: &'s [Freedom]) -> impl Iterator<Item = f64> + 's {
         self.followed.iter().map(|(m, f)| freedoms[*m].of(self.profiles.of[*f]))
@@ -252,8 +228,8 @@ impl<'a> Explained<'a> {
         Some(-0.5 * (matrix[(size, size)] - along.norm_squared() + determinant))
     }
 
-    /// A root of all that the deviations of the rows take from the products of columns, which are scaled: a line for each of these; with the sum
-    /// of the logarithms of the determinants.
+    /// Root of all that the deviations of the rows take from the products of shared and profiled columns with each other, one line for each
+    /// column; with the logarithm of the determinant of these deviations. `columns` are given by place and standard deviation.
     fn taken_from(&self, columns: &[(usize, f64)], freedoms: &[Freedom]) -> Option<(DMatrix<f64>, f64)> {
         let free: Vec<usize> = (0..self.count()).filter(|m| freedoms[*m].freedom > 0.0).collect();
         let mut root = DMatrix::zeros(columns.len(), free.len() * self.own.len());
@@ -261,7 +237,7 @@ impl<'a> Explained<'a> {
         for (row, (products, _)) in self.own.iter().enumerate() {
             let factor = self.loosened(row, &free, freedoms)?;
             log_determinant += 2.0 * factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
-            // A triangular solve by the small factor, for all columns at once.
+            // The small factor is solved for all columns at once.
             let lower = factor.l_dirty();
             for (i, m) in free.iter().enumerate() {
                 let at = row * free.len();
@@ -273,207 +249,6 @@ impl<'a> Explained<'a> {
             }
         }
         Some((root, log_determinant))
-    }
-
-    /// The posterior under one choice; `None` as in [`Explained::log_evidence`].
-    pub fn posterior(&'a self, freedoms: &[Freedom], looseness: Looseness) -> Option<Posterior<'a>> {
-        let deviations = self.deviations(freedoms, looseness);
-        let q = self.rows.shared.ncols();
-        // Columns without variance are left out.
-        let acting: Vec<usize> = (0..deviations.len()).filter(|k| deviations[*k] > 0.0).collect();
-        let mut columns = DMatrix::zeros(self.residual.len(), acting.len());
-        for (mut column, k) in columns.column_iter_mut().zip(&acting) {
-            let own = if *k < q { self.rows.shared.column(*k) } else { self.profiled.column(*k - q) };
-            column.axpy(deviations[*k], &own, 0.0);
-        }
-        let metric = self.under_metric(&columns, freedoms);
-        let mut matrix = columns.transpose() * &metric;
-        (0..matrix.nrows()).for_each(|k| matrix[(k, k)] += 1.0);
-        let factor = Cholesky::new(matrix)?;
-        let mut found =
-            Posterior { pull: DVector::zeros(self.residual.len()), explained: self, freedoms: freedoms.to_vec(), metric, factor };
-        found.pull = found.solve(&DMatrix::from_columns(std::slice::from_ref(&self.residual))).column(0).into_owned();
-        Some(found)
-    }
-
-    /// Columns under the metric of the rows.
-    fn under_metric(&self, columns: &DMatrix<f64>, freedoms: &[Freedom]) -> DMatrix<f64> {
-        let mut found = columns.clone();
-        if freedoms.iter().all(|f| f.freedom == 0.0) {
-            return found;
-        }
-        for (row, range) in self.rows.ranges.iter().enumerate() {
-            let x = self.columns.rows_range(range.clone());
-            let taken = self.taken(row, freedoms);
-            let less = x * (taken * x.tr_mul(&columns.rows_range(range.clone())));
-            let mut own = found.rows_range_mut(range.clone());
-            own -= less;
-        }
-        found
-    }
-}
-
-impl Posterior<'_> {
-    /// Inverse covariance times columns.
-    fn solve(&self, columns: &DMatrix<f64>) -> DMatrix<f64> {
-        let along = self.factor.solve(&self.metric.tr_mul(columns));
-        self.explained.under_metric(columns, &self.freedoms) - &self.metric * along
-    }
-
-    /// Prior covariance of the amplitudes of one cause in all rows, in units of its scale squared.
-    fn prior(&self, cause: usize) -> DMatrix<f64> {
-        let (f, profiles) = (self.freedoms[cause], self.explained.profiles);
-        let mut scaled = profiles.functions.clone();
-        scaled.column_iter_mut().zip(&profiles.of).for_each(|(mut column, function)| column *= f.of(*function));
-        let mut prior = &scaled * scaled.transpose();
-        (0..prior.nrows()).for_each(|row| prior[(row, row)] += f.freedom * f.freedom);
-        prior
-    }
-
-    /// Functions that one cause follows, each with the place of its column and the standard deviation of its coefficient.
-    fn followed(&self, cause: usize) -> impl Iterator<Item = (usize, usize, f64)> + '_ {
-        let own = self.explained.followed.iter().enumerate().filter(move |(_, (m, _))| *m == cause);
-        let f = self.freedoms[cause];
-        own.map(move |(place, (_, function))| (*function, place, f.of(self.explained.profiles.of[*function])))
-    }
-
-    /// Covariance of the readings, whitened row by row, with the amplitudes of one cause in all rows.
-    fn with_readings(&self, cause: usize) -> DMatrix<f64> {
-        let (explained, freedom) = (self.explained, self.freedoms[cause].freedom);
-        let functions = &explained.profiles.functions;
-        let mut with = DMatrix::zeros(explained.residual.len(), functions.nrows());
-        for (function, place, deviation) in self.followed(cause).filter(|(.., deviation)| *deviation > 0.0) {
-            with.ger(deviation * deviation, &explained.profiled.column(place), &functions.column(function), 1.0);
-        }
-        if freedom > 0.0 {
-            for (row, range) in explained.rows.ranges.iter().enumerate() {
-                range.clone().for_each(|i| with[(i, row)] += freedom * freedom * explained.columns[(i, cause)]);
-            }
-        }
-        with
-    }
-
-    /// The most probable amplitude of each cause in every row, in units of its scale.
-    pub fn amplitudes(&self) -> Vec<Vec<f64>> {
-        (0..self.freedoms.len()).map(|m| self.with_readings(m).tr_mul(&self.pull).iter().copied().collect()).collect()
-    }
-
-    /// The most probable coefficients of the functions of the rows for each cause, in units of its scale.
-    pub fn coefficients(&self) -> Vec<Vec<f64>> {
-        let of = |m: usize| {
-            let mut all = vec![0.0; self.explained.profiles.of.len()];
-            for (function, place, deviation) in self.followed(m) {
-                all[function] = deviation * deviation * self.explained.profiled.column(place).dot(&self.pull);
-            }
-            all
-        };
-        (0..self.freedoms.len()).map(of).collect()
-    }
-
-    /// Variance of the amplitude of one cause in every row, in units of its scale squared.
-    pub fn variances(&self, cause: usize) -> Vec<f64> {
-        if self.freedoms[cause].freedom == 0.0 {
-            return self.variances_of_functions(cause);
-        }
-        let with = self.with_readings(cause);
-        let (prior, taken) = (self.prior(cause), self.solve(&with));
-        (0..with.ncols()).map(|row| (prior[(row, row)] - with.column(row).dot(&taken.column(row))).max(0.0)).collect()
-    }
-
-    /// The same of an amplitude that follows functions, by the covariance of their coefficients.
-    fn variances_of_functions(&self, cause: usize) -> Vec<f64> {
-        let explained = self.explained;
-        let acting: Vec<(usize, usize, f64)> = self.followed(cause).filter(|(.., deviation)| *deviation > 0.0).collect();
-        if acting.is_empty() {
-            return vec![0.0; explained.profiles.functions.nrows()];
-        }
-        let scaled = |(_, place, deviation): &(usize, usize, f64)| explained.profiled.column(*place) * *deviation;
-        let columns = DMatrix::from_columns(&acting.iter().map(scaled).collect::<Vec<_>>());
-        let functions = DMatrix::from_columns(
-            &acting.iter().map(|(f, _, deviation)| explained.profiles.functions.column(*f) * *deviation).collect::<Vec<_>>(),
-        );
-        let known = columns.tr_mul(&self.solve(&columns));
-        let left = &functions - &functions * known;
-        functions.row_iter().zip(left.row_iter()).map(|(own, left)| own.dot(&left).max(0.0)).collect()
-    }
-
-    /// Products of one cause times functions of the rows (rows times functions) under the inverse covariance: with each
-    /// other, and with the residual.
-    pub fn of_functions(&self, cause: usize, functions: &DMatrix<f64>) -> Functions {
-        let explained = self.explained;
-        let mut columns = DMatrix::zeros(self.pull.len(), functions.ncols());
-        for (row, range) in explained.rows.ranges.iter().enumerate() {
-            for (f, size) in functions.row(row).iter().enumerate() {
-                range.clone().for_each(|i| columns[(i, f)] = size * explained.columns[(i, cause)]);
-            }
-        }
-        Functions { solved: self.solve(&columns), pulls: columns.tr_mul(&self.pull), columns }
-    }
-
-    /// What the readings say of each other.
-    pub fn others(&self) -> Others {
-        let (explained, rows) = (self.explained, self.explained.rows);
-        // The columns of the metric times the inverse of the upper factor of their matrix.
-        let mut across = self.metric.transpose();
-        solve_lower(self.factor.l_dirty(), &mut across);
-        let across = rows.unwhiten(&across.transpose());
-        let of = |(row, range): (usize, &std::ops::Range<usize>)| {
-            let x = explained.columns.rows_range(range.clone());
-            let taken = explained.taken(row, &self.freedoms);
-            rows.unwhiten_row(row, DMatrix::identity(range.len(), range.len()) - x * taken * x.transpose())
-        };
-        let blocks = rows.ranges.iter().enumerate().map(of).collect();
-        let pull = rows.unwhiten(&DMatrix::from_columns(std::slice::from_ref(&self.pull))).column(0).into_owned();
-        Others { ranges: rows.ranges.clone(), blocks, across, pull }
-    }
-
-    /// Logarithm of the density of each row's readings, given all other rows, without the constant of the number of readings.
-    pub fn kept_out(&self) -> Vec<f64> {
-        let rows = self.explained.rows;
-        let inverse = self.factor.inverse();
-        let of = |(row, range): (usize, &std::ops::Range<usize>)| {
-            let size = range.len();
-            let metric = self.metric.rows_range(range.clone());
-            let own = DMatrix::identity(size, size);
-            let mut block = own - metric * &inverse * metric.transpose();
-            if self.freedoms.iter().any(|f| f.freedom > 0.0) {
-                let x = self.explained.columns.rows_range(range.clone());
-                let taken = self.explained.taken(row, &self.freedoms);
-                block -= x * taken * x.transpose();
-            }
-            let pull = self.pull.rows_range(range.clone());
-            match Cholesky::new(block) {
-                Some(factor) => {
-                    let log = factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
-                    -0.5 * pull.dot(&factor.solve(&pull)) + log - rows.log_of_row(row)
-                }
-                None => f64::NEG_INFINITY,
-            }
-        };
-        rows.ranges.iter().enumerate().map(of).collect()
-    }
-}
-
-/// Functions of the rows that a cause may follow, beside all that is explained already.
-pub struct Functions {
-    columns: DMatrix<f64>,
-    /// Inverse covariance times these.
-    solved: DMatrix<f64>,
-    /// Products with the residual under it.
-    pulls: DVector<f64>,
-}
-
-impl Functions {
-    /// Logarithm of the evidence over that without the cause, where it is a sum of some functions with coefficients of these standard
-    /// deviations; `None` where rounding leaves no positive matrix.
-    pub fn gain(&self, terms: &[(usize, f64)]) -> Option<f64> {
-        let product = |i: usize, j: usize| self.columns.column(terms[i].0).dot(&self.solved.column(terms[j].0));
-        let own = |i: usize, j: usize| terms[i].1 * terms[j].1 * product(i, j) + f64::from(u8::from(i == j));
-        let factor = Cholesky::new(DMatrix::from_fn(terms.len(), terms.len(), own))?;
-        let mut along = DVector::from_iterator(terms.len(), terms.iter().map(|(f, deviation)| deviation * self.pulls[*f]));
-        factor.l_dirty().solve_lower_triangular_mut(&mut along);
-        let log_of_root: f64 = factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum();
-        Some(0.5 * along.norm_squared() - log_of_root)
     }
 }
 

@@ -15,6 +15,9 @@ use super::settings::AmplitudeSettings;
 use super::wrong::{Part, Wrong, log_odds};
 use coldplate_evidence::measurement::{Data, whiten};
 
+/// Gross errors that one disturbance may hide together: none of them alone makes it smaller. Chosen: one table seldom has more.
+const HIDDEN_TOGETHER: usize = 4;
+
 /// Part of a table that one set of causes calls wrong: one reading, or all of a row, or all of a sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Aside {
@@ -122,16 +125,14 @@ impl<'a> Gross<'a> {
     /// that these are sought without it too.
     pub fn nothing(&self, whole: &Fit) -> Fit {
         let mut best = self.cleared(whole.clone());
-        let mut own = best.clone();
-        let mut seen = Vec::new();
-        while let Some(aside) = self.next(&Fit { looseness: self.search.still(own.looseness), ..own.clone() }) {
-            if seen.contains(&aside) {
-                break;
-            }
-            seen.push(aside.clone());
+        let (mut own, mut without_gain) = (best.clone(), 0);
+        while without_gain < HIDDEN_TOGETHER {
+            let still = Fit { looseness: self.search.still(own.looseness), ..own.clone() };
+            let Some(aside) = self.next(&still) else { break };
             own = self.with_aside(&own, aside);
+            without_gain += 1;
             if own.log_posterior() > best.log_posterior() {
-                best = own.clone();
+                (best, without_gain) = (own.clone(), 0);
             }
         }
         best

@@ -112,8 +112,12 @@ impl Looseness {
     pub fn in_words(&self) -> String {
         let percent = |share: f64| significant(100.0 * share, 2);
         let numbers = (self.spread > 0.0).then(|| format!("numbers of the machine file off by {} %", percent(self.spread)));
-        let heats = (self.disturbance > 0.0)
-            .then(|| format!("heats or conditions that nothing explains, of {} % of the machine's heat", percent(self.disturbance)));
+        let heats = (self.disturbance > 0.0).then(|| {
+            format!(
+                "heats that nothing explains, of {} % of the machine's heat (in tables with errors of conditions)",
+                percent(self.disturbance)
+            )
+        });
         let errors = (self.wandering > 0.0).then(|| format!("errors of the sensors that wander, of {} K", significant(self.wandering, 2)));
         numbers.into_iter().chain(heats).chain(errors).collect::<Vec<_>>().join("; ")
     }

@@ -346,8 +346,8 @@ impl<'a> Search<'a> {
     }
 
     /// Evidence that a fit loses where its amplitudes want to be beyond their range: half the square of how far, in standard deviations. An
-    /// amplitude that is alike in all rows counts once, one that is new in every row in each, and of a curve the row that is furthest. What is
-    /// or is not, and not in every row, is there wholly or not at all.
+    /// amplitude that is alike in all rows counts once, one that is new in every row in each, and of a curve the row that is furthest. An exchange
+    /// that differs from row to row is in each row there or not; one that is alike may have any size, for something else may be missing.
     fn beyond(&self, fit: &Fit, found: &[Vec<f64>], posterior: &Posterior<'_>) -> f64 {
         let of = |(k, own): (usize, &Vec<f64>)| {
             let (candidate, freedom) = (&self.candidates[fit.members[k]], fit.freedoms[k]);
@@ -355,13 +355,9 @@ impl<'a> Search<'a> {
             let low = if candidate.is_signed { low } else { low.max(0.0) };
             let course = if self.is_log() { self.all_profiles.course(own) } else { own.clone() };
             let is_alike = freedom.freedom == 0.0 && freedom.curve.is_none();
-            let beyond = |a: &f64| match candidate.is_fixed {
-                true if is_alike => 0.0,
-                true => a.abs().min((a - 1.0).abs()),
-                false => (low - a).max(a - high).max(0.0),
-            };
+            let beyond = |a: &f64| if candidate.is_fixed { a.abs().min((a - 1.0).abs()) } else { (low - a).max(a - high).max(0.0) };
             let excess: Vec<f64> = course.iter().map(beyond).collect();
-            if excess.iter().all(|e| *e < STANDS) {
+            if candidate.is_fixed && is_alike || excess.iter().all(|e| *e < STANDS) {
                 return 0.0;
             }
             let squares = excess.iter().zip(posterior.variances(k)).map(|(e, variance)| e * e / variance.max(f64::MIN_POSITIVE));

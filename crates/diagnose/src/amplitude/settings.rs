@@ -11,12 +11,14 @@ pub struct AmplitudeSettings {
     pub spreads: Vec<f64>,
     /// Price of the spread of the numbers in log evidence, per unit: an exponential prior of mean 3 %.
     pub spread_price: f64,
-    /// Sizes of the disturbance that are tried, standard deviations of a heat in every part as shares of the machine's mean heat; with 1 %
-    /// the conditions are off as much again as is stated of them, and in proportion.
+    /// Sizes of the disturbance that are tried, standard deviations of a heat in every part as shares of the machine's mean heat.
     pub disturbances: Vec<f64>,
     /// Price of the disturbance in log evidence, per unit: an exponential prior of mean 5 %.
     pub disturbance_price: f64,
-    /// The same in logs, where the heat wanders with the time: sun, draught and duty that no column tells may be a third of
+    /// Errors of the conditions of each row of a table that come with a disturbance of size one, as multiples of what is stated of them. Chosen:
+    /// where heats repeat within 1 %, conditions are off once more by what is stated of their instruments.
+    pub condition_errors: f64,
+    /// Sizes of the disturbance of logs that are tried, where the heat wanders with the time: sun, draught and duty that no column tells may be a third of
     /// the mean heat.
     pub wandering_heats: Vec<f64>,
     /// Errors of each sensor of a log that are tried, standard deviations in K: they wander with the time, beside what is stated. A converter
@@ -76,6 +78,7 @@ impl Default for AmplitudeSettings {
             spread_price: 30.0,
             disturbances: vec![0.0, 0.01, 0.03, 0.1],
             disturbance_price: 20.0,
+            condition_errors: 100.0,
             wandering_heats: vec![0.0, 0.01, 0.03, 0.1, 0.3],
             wanderings: vec![0.0, 0.015, 0.05, 0.15, 0.5, 1.5],
             wandering_price: 10.0,
