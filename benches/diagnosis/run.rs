@@ -15,7 +15,7 @@ use crate::draw::{Drawn, Family, draw};
 use crate::journal::Entry;
 use crate::unkind::Unkindness;
 use coldplate_testing::twin::Hidden;
-use coldplate_testing::twin::score::{Score, score};
+use coldplate_testing::twin::score::{Score, WeighedSet, score};
 
 /// Cells that unseen rows of a table are predicted with, over those of the model.
 const FINER: f64 = 10.0;
@@ -68,6 +68,8 @@ pub struct Answer {
     pub stated: f64,
     pub covered: Option<bool>,
     pub off: Option<f64>,
+    /// The sets that were weighed, most probable first.
+    pub sets: Vec<WeighedSet>,
     /// Error on unseen data, K: of the machine as it is, of the extended one, and what is left where everything hidden is known.
     pub before: f64,
     pub after: f64,
@@ -128,6 +130,7 @@ pub fn answer(drawn: &Drawn, found: &Diagnosis) -> Answer {
         covered,
         d,
         off,
+        sets,
     } = score(case, found);
     let told = |h: &Hidden| match &h.outside {
         Some(words) => format!("{words} at {}", h.place),
@@ -167,6 +170,7 @@ pub fn answer(drawn: &Drawn, found: &Diagnosis) -> Answer {
         stated,
         covered,
         off,
+        sets,
         before,
         after: after.unwrap_or(before),
         floor: *floor,

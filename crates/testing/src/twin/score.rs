@@ -3,9 +3,10 @@
 use std::collections::BTreeSet;
 
 use coldplate_describe::machine::{HeatedPlace, Machine, Place};
-use coldplate_diagnose::{Cause, Certainty, Diagnosis, Explanation, Law, Scales, Verdict, hypotheses};
+use coldplate_diagnose::{Cause, Certainty, Diagnosis, Explanation, Law, PlaceSet, Scales, Verdict, hypotheses};
 use coldplate_evidence::measurement::Whitener;
 use nalgebra::DMatrix;
+use serde::{Deserialize, Serialize};
 
 use super::{Case, Hidden};
 
@@ -42,6 +43,21 @@ pub struct Score {
     pub d: f64,
     /// The true amplitude beside the interval, in standard deviations of it, where the cause is right.
     pub off: Option<f64>,
+    /// The sets that were weighed, most probable first.
+    pub sets: Vec<WeighedSet>,
+}
+
+/// A set of causes as it was weighed, beside what was hidden.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct WeighedSet {
+    /// How many causes it has.
+    pub count: usize,
+    /// Logarithm of its evidence over that of the machine as it is.
+    pub lead: f64,
+    /// Its posterior probability.
+    pub probability: f64,
+    /// Whether its kinds and places are what was hidden, and nothing else; that of no cause where nothing was hidden.
+    pub is_right: bool,
 }
 
 /// Detectability of the one of some effects that shows least, beside the others.
@@ -62,10 +78,10 @@ pub fn score(case: &Case, found: &Diagnosis) -> Score {
     let detected = found.verdict != Verdict::Consistent;
     let is_same = |h: &Hidden, p: &Cause| is_same(machine, h, p);
     let is_hidden = |p: &Cause| case.hidden.iter().any(|h| is_same(h, p));
-    let holds = |e: &Explanation, is: &dyn Fn(&Hidden, &Cause) -> bool| -> bool {
-        case.hidden.iter().all(|h| e.causes.iter().any(|p| is(h, p))) && e.causes.iter().all(|p| case.hidden.iter().any(|h| is(h, p)))
+    let holds = |causes: &[Cause], is: &dyn Fn(&Hidden, &Cause) -> bool| -> bool {
+        case.hidden.iter().all(|h| causes.iter().any(|p| is(h, p))) && causes.iter().all(|p| case.hidden.iter().any(|h| is(h, p)))
     };
-    let truth = |e: &Explanation| holds(e, &is_same);
+    let truth = |e: &Explanation| holds(&e.causes, &is_same);
     let touches = |p: &Cause, h: &Hidden| {
         let own = parts_of(machine, h);
         p.hypothesis.place == h.place || p.hypothesis.parts.iter().any(|q| own.contains(q))
@@ -75,7 +91,7 @@ pub fn score(case: &Case, found: &Diagnosis) -> Score {
         let names = |e: &Explanation| -> BTreeSet<String> { e.causes.iter().map(|p| p.hypothesis.kind_and_place()).collect() };
         found.explanations.iter().filter(|e| names(e) == names(f)).map(|e| e.probability).sum()
     });
-    let exact = first.is_some_and(|e| holds(e, &|h, p| p.hypothesis.kind() == h.kind && p.hypothesis.place == h.place));
+    let exact = first.is_some_and(|e| holds(&e.causes, &|h, p| p.hypothesis.kind() == h.kind && p.hypothesis.place == h.place));
     let scales = Scales::of(&case.problem.data, machine);
     // Another law has another amplitude.
     let single = first.filter(|f| exact && f.causes.len() == 1).map(|f| &f.causes[0]);
@@ -96,6 +112,15 @@ pub fn score(case: &Case, found: &Diagnosis) -> Score {
     let catalogue = hypotheses(&case.problem.study, &case.problem.data, &[]);
     let named = case.hidden.iter().filter(|h| ladder.iter().any(|p| is_same(h, p))).count();
     let confident = found.verdict == Verdict::Explained;
+    let weighed = |set: &PlaceSet| WeighedSet {
+        count: set.members.len(),
+        lead: set.lead,
+        probability: set.probability,
+        is_right: match set.members.len() {
+            0 => case.hidden.is_empty(),
+            _ => set.ways.iter().any(|way| holds(&way.causes, &is_same)),
+        },
+    };
     Score {
         misnamed: confident && !ladder.iter().all(|p| is_hidden(p)),
         misplaced: confident && !ladder.iter().all(|p| case.hidden.iter().any(|h| touches(p, h) || is_near(machine, h, p))),
@@ -115,6 +140,7 @@ pub fn score(case: &Case, found: &Diagnosis) -> Score {
         }),
         d,
         off: comparable.map(|(part, hidden)| (hidden.amplitude_in(&scales) - part.amplitude) / part.deviation),
+        sets: found.places.sets.iter().filter(|set| set.lead.is_finite()).map(weighed).collect(),
     }
 }
 
