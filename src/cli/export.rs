@@ -9,9 +9,11 @@ use super::condition::{ConditionArgs, pair_of};
 use super::output::Output;
 use coldplate_base::atomic_file;
 use coldplate_base::error::{Error, Result};
+use coldplate_explore::sweep::MACHINE_HASH;
 use coldplate_interchange::calculix::{DeckPoint, InputDeck};
 use coldplate_interchange::foreign;
 use coldplate_jobs::open;
+use coldplate_runtime::Surrogate;
 use coldplate_solve::meshed::MeshedMachine;
 use coldplate_tables::Table;
 
@@ -51,12 +53,15 @@ pub struct Args {
     /// Beginning of the names of files and identifiers (default: the name of the surrogate file)
     #[arg(long, value_name = "NAME")]
     name: Option<String>,
+    /// Machine file of the surrogate: the page shows it in three dimensions, with temperatures everywhere (html)
+    #[arg(long, value_name = "MACHINE")]
+    machine: Option<PathBuf>,
     #[command(flatten)]
     condition: ConditionArgs,
-    /// Change a value of the machine file (calculix), for example contact.motor.conductance="560 W/(m2 K)"
+    /// Change a value of the machine file (calculix, html), for example contact.motor.conductance="560 W/(m2 K)"
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// About how many cells (calculix; default: the machine file's own)
+    /// About how many cells (calculix, html; default: the machine file's own)
     #[arg(long, value_name = "N")]
     cells: Option<usize>,
 }
@@ -97,6 +102,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     }
     if args.to == CALCULIX {
         surrogate_alone(args)?;
+        no_machine(args)?;
         return machine(args, out);
     }
     let target = match (target(&args.to)?, args.single) {
@@ -107,11 +113,20 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         }
         (target, false) => target,
     };
-    machine_alone(args)?;
+    let scene_of = args.machine.as_ref().filter(|_| target == Target::Html);
+    match scene_of {
+        Some(_) => no_condition(args)?,
+        None => machine_alone(args)?,
+    }
     let file = open(&args.surrogate)?;
     let surrogate = file.surrogate()?;
     let name = args.name();
-    let files = coldplate_export::export(&surrogate, target, &name).map_err(|e| {
+    let scene = scene_of.map(|path| scene(args, path, &surrogate, out)).transpose()?;
+    let written = match &scene {
+        Some(scene) => coldplate_export::page(&surrogate, scene, &name),
+        None => coldplate_export::export(&surrogate, target, &name),
+    };
+    let files = written.map_err(|e| {
         let error = Error::input(e.to_string());
         match e {
             ExportError::Name(_) => error.at_key("--name").help("write for example --name surrogate"),
@@ -132,6 +147,21 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let text: String = record.written.iter().map(line).collect();
     out.report(&text, &record);
     Ok(0)
+}
+
+/// The machine of a page in three dimensions, as its JSON.
+fn scene(args: &Args, path: &Path, surrogate: &Surrogate<'_>, out: Output) -> Result<String> {
+    let sets = args.set.iter().map(|s| pair_of(s, "--set")).collect::<Result<Vec<_>>>()?;
+    let machine = open(path)?.machine(&sets)?;
+    let is_own = surrogate.provenance().all(|(key, hash)| key != MACHINE_HASH || hash == machine.hash);
+    let model = MeshedMachine::new(machine, args.cells)?;
+    let mut scene = coldplate_jobs::scene::scene(&model, surrogate, &out.progress()).map_err(|e| e.in_file(path))?;
+    if !is_own {
+        let note = "The machine file is not the one that the surrogate was made of; names and limits may differ, or more.";
+        out.note(&format!("{}: {note}", path.display()));
+        scene.notes.push(note.into());
+    }
+    serde_json::to_string(&scene).map_err(|e| Error::input(format!("the machine cannot be written as JSON: {e}")).in_file(path))
 }
 
 /// Writes a table in the form of another program.
@@ -184,13 +214,28 @@ fn surrogate_alone(args: &Args) -> Result<()> {
 
 /// Refuses options that apply to machines only.
 fn machine_alone(args: &Args) -> Result<()> {
+    no_condition(args)?;
+    let machine = args.machine.as_ref().map(|_| "--machine");
+    let given = machine.or(args.cells.map(|_| "--cells")).or(args.set.first().map(|_| "--set"));
+    given.map_or(Ok(()), |option| Err(of_machines(args, option)))
+}
+
+/// Refuses a second machine file.
+fn no_machine(args: &Args) -> Result<()> {
+    let twice = |_| Err(Error::input("an input deck is written of the machine file alone").at_key("--machine").help("leave it out"));
+    args.machine.as_ref().map_or(Ok(()), twice)
+}
+
+/// Refuses a condition: only an input deck has one.
+fn no_condition(args: &Args) -> Result<()> {
     let condition = args.condition.values()?.first().map(|(name, _)| format!("--{}", name.replace('_', "-")));
-    let given = condition.or(args.cells.map(|_| "--cells".into())).or(args.set.first().map(|_| "--set".into()));
-    given.map_or(Ok(()), |option| {
-        Err(Error::input(format!("this option is for machine files, and '{}' is written of none", args.to))
-            .at_key(option)
-            .help("leave it out, or write --to calculix of a machine file"))
-    })
+    condition.map_or(Ok(()), |option| Err(of_machines(args, &option)))
+}
+
+fn of_machines(args: &Args, option: &str) -> Error {
+    Error::input(format!("this option is for machine files, and '{}' is written of none", args.to))
+        .at_key(option)
+        .help("leave it out, or write --to calculix of a machine file; --machine, --cells and --set go with --to html too")
 }
 
 impl Args {

@@ -42,15 +42,8 @@ const MODULES: &[(&str, &[&str])] = &[
 ];
 
 /// Third-party crates that one crate alone may know.
-const ALONE: &[(&str, &str)] = &[
-    ("polars-core", "tables"),
-    ("polars-io", "tables"),
-    ("plotters", "figures"),
-    ("axum", "serve"),
-    ("pyo3", "python"),
-    ("prost", "export"),
-    ("zip", "export"),
-];
+const ALONE: &[(&str, &str)] =
+    &[("parquet", "tables"), ("plotters", "figures"), ("axum", "serve"), ("pyo3", "python"), ("prost", "export"), ("zip", "export")];
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")

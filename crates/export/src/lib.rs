@@ -117,6 +117,15 @@ impl std::fmt::Display for ExportError {
 
 impl std::error::Error for ExportError {}
 
+/// The page of [`Target::Html`] with the machine in three dimensions: `scene` is the JSON of its shape and field.
+///
+/// # Errors
+/// The name has no letter or digit for an identifier.
+pub fn page(surrogate: &Surrogate<'_>, scene: &str, name: &str) -> Result<Vec<File>, ExportError> {
+    let identifier = name::identifier(name).ok_or_else(|| ExportError::Name(name.into()))?;
+    Ok(html::write(surrogate, &Content::of(surrogate), Some(scene), &identifier))
+}
+
 /// The files of a target. Identifiers and file names begin with `name`, in which everything but letters, digits and
 /// underscores becomes an underscore.
 ///
@@ -131,7 +140,7 @@ pub fn export(surrogate: &Surrogate<'_>, target: Target, name: &str) -> Result<V
         Target::C99 => c99::write(&content, &identifier),
         Target::C99Single => c99::write_single(surrogate, &content, &identifier)?,
         Target::Octave => octave::write(&content, &identifier),
-        Target::Html => html::write(surrogate, &content, &identifier),
+        Target::Html => html::write(surrogate, &content, None, &identifier),
         Target::Onnx => onnx::write(surrogate, &content, &identifier),
         Target::St => st::write(&content, &identifier),
         Target::Modelica => modelica::write(&content, &identifier),

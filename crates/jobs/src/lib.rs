@@ -38,6 +38,7 @@ pub mod reduced_slopes;
 pub mod refit;
 mod report;
 mod run;
+pub mod scene;
 pub mod sensitivity;
 pub mod service;
 mod summary;

@@ -1,18 +1,26 @@
 //! Parquet files for coldplate's tables: plain slices in, plain vectors out.
 //!
-//! This crate is the only place that knows polars. A table is text columns, then number columns
+//! This crate is the only place that knows the library for Parquet. A table is text columns, then number columns
 //! (`f64`, NaN for a missing value, which is stored as null), and key-value metadata at file level,
 //! which pyarrow shows as `pyarrow.parquet.read_metadata(path).metadata`.
 
+use std::collections::HashSet;
 use std::fmt;
-use std::io::{Cursor, Write};
+use std::io::Write;
+use std::sync::Arc;
 
-use polars_core::error::PolarsError;
-use polars_core::prelude::{ArrowDataType, Column, DataFrame, DataType, IntoColumn, NamedFrom, Series};
-use polars_io::SerReader;
+use parquet::basic::{Compression, ConvertedType as Old, LogicalType as Logical, Repetition, Type as Physical, ZstdLevel};
+use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
+use parquet::data_type::{ByteArray, ByteArrayType, DataType, DoubleType};
+use parquet::errors::ParquetError;
+use parquet::file::metadata::KeyValue;
+use parquet::file::properties::WriterProperties;
+use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::file::writer::SerializedFileWriter;
+use parquet::schema::types::{ColumnDescriptor, Type, TypePtr};
 
-use polars_io::parquet::read::ParquetReader;
-use polars_io::parquet::write::{KeyValueMetadata, ParquetWriter};
+/// Values of a column that are decoded at a time: a damaged file may state any number of rows.
+const AT_ONCE: usize = 1 << 16;
 
 /// Content of a file.
 #[derive(Debug, Clone, Default)]
@@ -37,8 +45,8 @@ impl fmt::Display for ParquetFailure {
 
 impl std::error::Error for ParquetFailure {}
 
-impl From<PolarsError> for ParquetFailure {
-    fn from(error: PolarsError) -> Self {
+impl From<ParquetError> for ParquetFailure {
+    fn from(error: ParquetError) -> Self {
         Self(error.to_string())
     }
 }
@@ -51,23 +59,54 @@ const ARROW_SCHEMA: &str = "ARROW:schema";
 /// # Errors
 /// Columns of different lengths or of the same name, or the writer fails.
 pub fn write_parquet(
-    out: impl Write,
+    out: impl Write + Send,
     texts: &[(&str, &[String])],
     numbers: &[(&str, &[f64])],
     metadata: &[(String, String)],
 ) -> Result<(), ParquetFailure> {
-    let mut columns: Vec<Column> = Vec::with_capacity(texts.len() + numbers.len());
-    columns.extend(texts.iter().map(|(name, values)| Series::new((*name).into(), *values).into_column()));
-    for (name, values) in numbers {
-        let values: Vec<Option<f64>> = values.iter().map(|v| (!v.is_nan()).then_some(*v)).collect();
-        columns.push(Series::new((*name).into(), values).into_column());
+    let all = texts.iter().map(|(name, own)| (*name, own.len())).chain(numbers.iter().map(|(name, own)| (*name, own.len())));
+    let (mut names, mut rows) = (HashSet::new(), None);
+    for (name, length) in all {
+        if !names.insert(name) {
+            return Err(ParquetFailure(format!("two columns are called '{name}'")));
+        }
+        if *rows.get_or_insert(length) != length {
+            return Err(ParquetFailure(format!("column '{name}' has {length} rows, others have {}", rows.unwrap_or(0))));
+        }
     }
-    let mut frame = DataFrame::new_infer_height(columns)?;
-    ParquetWriter::new(out)
-        .set_parallel(false)
-        .with_key_value_metadata(Some(KeyValueMetadata::from_static(metadata.to_vec())))
-        .finish(&mut frame)?;
+    let field = |name: &str, physical: Physical, logical: Option<Logical>| {
+        let column = Type::primitive_type_builder(name, physical).with_logical_type(logical);
+        column.with_repetition(Repetition::OPTIONAL).build().map(Arc::new)
+    };
+    let of_texts = texts.iter().map(|(name, _)| field(name, Physical::BYTE_ARRAY, Some(Logical::String)));
+    let of_numbers = numbers.iter().map(|(name, _)| field(name, Physical::DOUBLE, None));
+    let fields: Vec<TypePtr> = of_texts.chain(of_numbers).collect::<Result<_, ParquetError>>()?;
+    let schema = Arc::new(Type::group_type_builder("table").with_fields(fields).build()?);
+    let entries = metadata.iter().map(|(key, value)| KeyValue::new(key.clone(), value.clone())).collect();
+    let properties =
+        WriterProperties::builder().set_compression(Compression::ZSTD(ZstdLevel::default())).set_key_value_metadata(Some(entries)).build();
+    let mut file = SerializedFileWriter::new(out, schema, Arc::new(properties))?;
+    let mut group = file.next_row_group()?;
+    for (_, own) in texts {
+        let values: Vec<ByteArray> = own.iter().map(|text| text.as_str().into()).collect();
+        let mut column = group.next_column()?.ok_or_else(no_column)?;
+        column.typed::<ByteArrayType>().write_batch(&values, Some(&vec![1; own.len()]), None)?;
+        column.close()?;
+    }
+    for (_, own) in numbers {
+        let values: Vec<f64> = own.iter().copied().filter(|value| !value.is_nan()).collect();
+        let present: Vec<i16> = own.iter().map(|value| i16::from(!value.is_nan())).collect();
+        let mut column = group.next_column()?.ok_or_else(no_column)?;
+        column.typed::<DoubleType>().write_batch(&values, Some(&present), None)?;
+        column.close()?;
+    }
+    group.close()?;
+    file.close()?;
     Ok(())
+}
+
+fn no_column() -> ParquetFailure {
+    ParquetFailure("the writer has no further column".into())
 }
 
 /// Reads a Parquet file of numbers, flags and texts from its bytes.
@@ -79,64 +118,127 @@ pub(crate) fn read_parquet(bytes: Vec<u8>) -> Result<ParquetContent, ParquetFail
     std::panic::catch_unwind(|| decode(bytes)).unwrap_or_else(|_| Err(ParquetFailure("the file is damaged".into())))
 }
 
+/// Values of one column in the order of the rows.
+enum Values {
+    Texts(Vec<String>),
+    Numbers(Vec<f64>),
+}
+
 fn decode(bytes: Vec<u8>) -> Result<ParquetContent, ParquetFailure> {
-    let mut reader = ParquetReader::new(Cursor::new(bytes));
-    let metadata = reader.get_metadata()?.key_value_metadata().clone().unwrap_or_default();
-    // Asked for before anything is decoded: the decoder panics at kinds that were not compiled in.
-    for (name, field) in reader.schema()?.iter() {
-        if !is_readable(field.dtype()) {
-            let kind = kind_of(field.dtype());
-            return Err(ParquetFailure(format!("column '{name}' holds {kind}: write it as float64 or as text")));
-        }
-    }
-    let data = reader.finish()?;
-    let mut frame = ParquetContent {
-        metadata: metadata.into_iter().filter(|e| e.key != ARROW_SCHEMA).map(|e| (e.key, e.value.unwrap_or_default())).collect(),
+    let file = SerializedFileReader::new(bytes::Bytes::from(bytes))?;
+    let metadata = file.metadata().file_metadata();
+    let entries = metadata.key_value_metadata().cloned().unwrap_or_default();
+    let mut content = ParquetContent {
+        metadata: entries.into_iter().filter(|e| e.key != ARROW_SCHEMA).map(|e| (e.key, e.value.unwrap_or_default())).collect(),
         ..ParquetContent::default()
     };
-    for column in data.columns() {
-        let name = column.name().to_string();
-        match column.dtype() {
-            DataType::String => {
-                frame.texts.push((name, column.str()?.iter().map(|text| text.unwrap_or_default().to_string()).collect()));
-            }
-            kind if kind.is_primitive_numeric() || *kind == DataType::Boolean => {
-                let values = column.cast(&DataType::Float64)?;
-                frame.numbers.push((name, values.f64()?.iter().map(|value| value.unwrap_or(f64::NAN)).collect()));
-            }
-            kind => return Err(ParquetFailure(format!("column '{name}' holds {kind}, which is neither number nor text"))),
+    for (at, column) in metadata.schema_descr().columns().iter().enumerate() {
+        let name = column.path().string();
+        let kind = kind(column).map_err(|kind| ParquetFailure(format!("column '{name}' holds {kind}: write it as float64 or as text")))?;
+        let mut values = match kind {
+            Kind::Text => Values::Texts(Vec::new()),
+            _ => Values::Numbers(Vec::new()),
+        };
+        for group in 0..file.metadata().num_row_groups() {
+            append(file.get_row_group(group)?.get_column_reader(at)?, kind, column.max_def_level(), &mut values)?;
+        }
+        match values {
+            Values::Texts(own) => content.texts.push((name, own)),
+            Values::Numbers(own) => content.numbers.push((name, own)),
         }
     }
-    Ok(frame)
+    Ok(content)
 }
 
-/// Whether a column can be read: whole numbers of 32 and 64 bits, floating point, flags and text.
-fn is_readable(kind: &ArrowDataType) -> bool {
-    use ArrowDataType as Kind;
-    matches!(
-        kind,
-        Kind::Null
-            | Kind::Boolean
-            | Kind::Int32
-            | Kind::Int64
-            | Kind::UInt32
-            | Kind::UInt64
-            | Kind::Float32
-            | Kind::Float64
-            | Kind::Utf8
-            | Kind::LargeUtf8
-            | Kind::Utf8View
-    )
+/// Appends a row group's values of a column.
+fn append(column: ColumnReader, kind: Kind, most: i16, values: &mut Values) -> Result<(), ParquetFailure> {
+    match (values, column) {
+        (Values::Texts(own), ColumnReader::ByteArrayColumnReader(column)) => {
+            let text = |bytes: ByteArray| {
+                let text = bytes.as_utf8().map(String::from);
+                text.map_err(|_| ParquetFailure("a text is not in UTF-8".into()))
+            };
+            read(column, most, String::new, text, own)
+        }
+        (Values::Numbers(own), column) => {
+            let none = || f64::NAN;
+            match column {
+                ColumnReader::BoolColumnReader(column) => read(column, most, none, |v| Ok(f64::from(u8::from(v))), own),
+                ColumnReader::Int32ColumnReader(column) if kind == Kind::Unsigned => {
+                    read(column, most, none, |v| Ok(f64::from(v.cast_unsigned())), own)
+                }
+                ColumnReader::Int32ColumnReader(column) => read(column, most, none, |v| Ok(f64::from(v)), own),
+                ColumnReader::Int64ColumnReader(column) if kind == Kind::Unsigned => {
+                    read(column, most, none, |v| Ok(v.cast_unsigned() as f64), own)
+                }
+                ColumnReader::Int64ColumnReader(column) => read(column, most, none, |v| Ok(v as f64), own),
+                ColumnReader::FloatColumnReader(column) => read(column, most, none, |v| Ok(f64::from(v)), own),
+                ColumnReader::DoubleColumnReader(column) => read(column, most, none, Ok, own),
+                _ => Err(damaged()),
+            }
+        }
+        _ => Err(damaged()),
+    }
 }
 
-/// Kind of a column as the programs that write such files call it.
-fn kind_of(kind: &ArrowDataType) -> String {
-    match kind {
-        ArrowDataType::Dictionary(..) => "categories".into(),
-        ArrowDataType::Timestamp(..) | ArrowDataType::Date32 | ArrowDataType::Date64 => "dates".into(),
-        ArrowDataType::Decimal(..) => "decimals".into(),
-        ArrowDataType::Float16 => "half floats (float16)".into(),
-        other => format!("{other:?}").to_lowercase(),
+fn damaged() -> ParquetFailure {
+    ParquetFailure("a column has values of another kind than the file says".into())
+}
+
+/// Appends the values of a column, with something for each null.
+fn read<T: DataType, V>(
+    mut column: ColumnReaderImpl<T>,
+    most: i16,
+    none: impl Fn() -> V,
+    value: impl Fn(T::T) -> Result<V, ParquetFailure>,
+    own: &mut Vec<V>,
+) -> Result<(), ParquetFailure> {
+    loop {
+        let (mut levels, mut values) = (Vec::new(), Vec::new());
+        let (rows, ..) = column.read_records(AT_ONCE, Some(&mut levels), None, &mut values)?;
+        if rows == 0 {
+            return Ok(());
+        }
+        if most == 0 {
+            // A column that has no nulls.
+            levels = vec![0; rows];
+        }
+        let mut values = values.into_iter();
+        for level in levels {
+            own.push(if level == most { value(values.next().ok_or_else(damaged)?)? } else { none() });
+        }
+    }
+}
+
+/// Kind of a column's values, as they are read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Text,
+    /// Flags, whole numbers of a sign, and floating point.
+    Number,
+    /// Whole numbers without sign, which are stored as if they had one.
+    Unsigned,
+}
+
+/// Kind of a column: whole numbers, floating point, flags or text. Where it cannot be read, its kind as the programs that write such files
+/// call it.
+fn kind(column: &ColumnDescriptor) -> Result<Kind, String> {
+    if column.path().parts().len() > 1 || column.max_rep_level() > 0 {
+        return Err("lists or structures".into());
+    }
+    match (column.physical_type(), column.logical_type_ref(), column.converted_type()) {
+        (Physical::INT96, ..)
+        | (_, Some(Logical::Date | Logical::Time(_) | Logical::Timestamp(_)), _)
+        | (_, _, Old::DATE | Old::TIME_MILLIS | Old::TIME_MICROS | Old::TIMESTAMP_MILLIS | Old::TIMESTAMP_MICROS) => Err("dates".into()),
+        (_, Some(Logical::Decimal(_)), _) | (_, _, Old::DECIMAL) => Err("decimals".into()),
+        (_, Some(Logical::Float16), _) => Err("half floats (float16)".into()),
+        (Physical::BYTE_ARRAY, Some(Logical::String | Logical::Enum | Logical::Json), _)
+        | (Physical::BYTE_ARRAY, None, Old::UTF8 | Old::ENUM | Old::JSON) => Ok(Kind::Text),
+        (Physical::BYTE_ARRAY | Physical::FIXED_LEN_BYTE_ARRAY, ..) => Err("bytes".into()),
+        (_, Some(Logical::Integer(own)), _) if !own.is_signed => Ok(Kind::Unsigned),
+        (_, None, Old::UINT_8 | Old::UINT_16 | Old::UINT_32 | Old::UINT_64) => Ok(Kind::Unsigned),
+        (_, None | Some(Logical::Integer(_) | Logical::Unknown), _) => Ok(Kind::Number),
+        (_, Some(other), _) => Err(format!("{other:?}").to_lowercase()),
     }
 }
 

@@ -4,6 +4,7 @@
 mod held;
 mod mesh;
 mod query;
+mod scene;
 mod stream;
 mod update;
 

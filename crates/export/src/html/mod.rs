@@ -16,11 +16,19 @@ const PREDICTIONS: &str = include_str!("predictions.js");
 const IN_TIME: &str = include_str!("in_time.js");
 /// Picture of the readings over time.
 const COURSE: &str = include_str!("course.js");
+/// Shape and field of the machine; tests run it alone.
+const SCENE: &str = include_str!("scene.js");
+/// Picture of the machine in three dimensions.
+const PICTURE: &str = include_str!("picture.js");
 /// Measured tables beside the picture.
 const READINGS: &str = include_str!("readings.js");
 
-pub(crate) fn write(surrogate: &Surrogate<'_>, content: &Content, name: &str) -> Vec<File> {
+pub(crate) fn write(surrogate: &Surrogate<'_>, content: &Content, scene: Option<&str>, name: &str) -> Vec<File> {
     let mut filling = Filling::default();
+    filling.flag("scene", scene.is_some());
+    filling.block("scene_data", without_tags(scene.unwrap_or_default()));
+    filling.block("scene", SCENE.to_owned());
+    filling.block("picture", PICTURE.to_owned());
     filling.block("surrogate", without_tags(&json::write(surrogate, content)));
     filling.block("core", CORE.to_owned());
     filling.block("predictions", PREDICTIONS.to_owned());

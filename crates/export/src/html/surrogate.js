@@ -364,5 +364,5 @@ function coldplate(s) {
   /* What a controller adds: every displacement with the opposite sign, 0 for other points. */
   const offset = (x) => evaluate(x).map((value, p) => (s.points[p].unit === "um" ? -value : 0));
 
-  return { assess, evaluate, offset, terms, limitedValue, selfTest };
+  return { assess, below, evaluate, offset, terms, limitedValue, selfTest };
 }

@@ -4,7 +4,7 @@
 use std::net::TcpListener;
 use std::path::{Path, PathBuf};
 
-use coldplate_export::{Target, export};
+use coldplate_export::page;
 use coldplate_runtime::Surrogate;
 
 use crate::browser::{browsers, told};
@@ -54,6 +54,20 @@ const ACTS: &str = r##"
       await rest();
       await judge(`at ${share} of the ranges`);
     }
+    byId("kept").scrollIntoView();
+    byId("machine").scrollIntoView();
+    await rest();
+    const box = byId("machine").getBoundingClientRect();
+    byId("machine").dispatchEvent(new PointerEvent("pointermove", { clientX: box.left + box.width / 2, clientY: box.top + box.height / 2, bubbles: true }));
+    tell("asked", byId("asked").textContent);
+    byId("cut").value = "x";
+    byId("cut").dispatchEvent(new Event("input", { bubbles: true }));
+    document.querySelector("details").open = true;
+    byId("quantity").value = "change";
+    byId("quantity").dispatchEvent(new Event("change", { bubbles: true }));
+    await rest();
+    await judge("the machine, cut, as a change");
+    tell("intact", byId("failed").hidden);
     tell("dark", matchMedia("(prefers-color-scheme: dark)").matches);
   } catch (error) { tell("error", `${error} ${error.stack}`); }
   location = `http://ADDRESS/?${encodeURIComponent(told.join("\n"))}`;
@@ -103,6 +117,12 @@ fn table(surrogate: &Surrogate<'_>) -> String {
     format!("\"{},{} [{}]\\n{},25\\n\"", head.join(","), point.name, point.unit, middle.join(","))
 }
 
+/// A page with a machine of one body in it.
+fn with_machine(surrogate: &Surrogate<'_>, name: &str) -> String {
+    let file = page(surrogate, include_str!("scene.json"), name).expect("the name is one").swap_remove(0);
+    String::from_utf8(file.content).expect("a page is text")
+}
+
 #[test]
 fn an_independent_judge_finds_nothing() {
     let Some(judge) = judge() else { return };
@@ -111,8 +131,7 @@ fn an_independent_judge_finds_nothing() {
         let bytes = std::fs::read(fixture(name)).expect("it is there");
         let surrogate = Surrogate::open(&bytes).expect("the fixtures are intact");
         let table = table(&surrogate);
-        let file = export(&surrogate, Target::Html, name).expect("the name is one").swap_remove(0);
-        let page = String::from_utf8(file.content).expect("a page is text");
+        let page = with_machine(&surrogate, name);
         for dark in [false, true] {
             for (program, mut arguments) in browsers(&folder) {
                 let own = folder.join(program.split('-').next().expect("it has a name"));
@@ -137,6 +156,8 @@ fn an_independent_judge_finds_nothing() {
                 assert_eq!(of("violation"), Vec::<&str>::new(), "{what}");
                 assert_eq!(of("dark"), [dark.to_string()], "{what}");
                 assert_eq!(of("refused"), ["true"], "{what}");
+                assert_eq!(of("intact"), ["true"], "{what}");
+                assert!(of("asked")[0].starts_with("body <i>: "), "{what}: {told:#?}");
                 assert!(of("summary")[0].contains("1 conditions"), "{what}: {told:#?}");
                 assert_eq!(of("contrast"), ["true"; 5], "{what}");
                 assert!(of("rules").iter().all(|count| count.parse::<usize>().is_ok_and(|count| count >= 20)), "{what}: {told:#?}");
@@ -152,8 +173,7 @@ fn it_fits_on_a_phone() {
     for name in ["uncertain", "moving"] {
         let bytes = std::fs::read(fixture(name)).expect("it is there");
         let surrogate = Surrogate::open(&bytes).expect("the fixtures are intact");
-        let file = export(&surrogate, Target::Html, name).expect("the name is one").swap_remove(0);
-        let page = String::from_utf8(file.content).expect("a page is text");
+        let page = with_machine(&surrogate, name);
         for width in ["320", "390"] {
             for (program, arguments) in browsers(&folder) {
                 std::fs::create_dir_all(folder.join("firefox")).expect("the folder can be written to");

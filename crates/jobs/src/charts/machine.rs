@@ -108,7 +108,7 @@ fn proposed(model: &MeshedMachine, file: &Path) -> Result<Vec<(usize, Probe)>> {
 }
 
 /// Place of a sensor, with its part; `None` if it has no place (a lumped node).
-fn place_of(model: &MeshedMachine, machine: &Machine, sensor: usize) -> Option<(Option<usize>, [f64; 3])> {
+pub(crate) fn place_of(model: &MeshedMachine, machine: &Machine, sensor: usize) -> Option<(Option<usize>, [f64; 3])> {
     let channel = |c: usize, end: fn(&[[f64; 3]]) -> Option<&[f64; 3]>| {
         let channel = &machine.channels[c];
         end(&channel.path).map(|at| (Some(channel.part), *at))

@@ -10,7 +10,7 @@ mod borders;
 mod heat;
 pub mod history;
 pub mod limits;
-mod machine;
+pub(crate) mod machine;
 mod measured;
 mod one_factor;
 mod published;

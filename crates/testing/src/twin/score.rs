@@ -54,7 +54,7 @@ pub struct WeighedSet {
     pub count: usize,
     /// Logarithm of its evidence over that of the machine as it is.
     pub lead: f64,
-    /// Its posterior probability.
+    /// Posterior probability of the set.
     pub probability: f64,
     /// Whether its kinds and places are what was hidden, and nothing else; that of no cause where nothing was hidden.
     pub is_right: bool,

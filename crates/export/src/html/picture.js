@@ -1,0 +1,425 @@
+/* The machine in three dimensions, coloured by temperature: turned, cut and taken apart, and asked under the pointer. `page` has the
+   elements of the page; comes to a function that shows the machine at a condition. */
+function machinePicture(m, s, page) {
+  const { byId, make, spoken } = page;
+  const scene = coldplateScene(m, s);
+  const { box, dot, cross, minus } = scene;
+  const canvas = byId("machine");
+  const signs = byId("signs");
+  const RAMP = [[13, 8, 135], [92, 1, 166], [156, 23, 158], [204, 71, 120], [237, 121, 83], [253, 180, 47], [240, 249, 33]];
+  const DIFFERENCE = [[0, 80, 150], [86, 160, 210], [190, 218, 236], [244, 244, 244], [248, 206, 170], [226, 126, 66], [150, 50, 0]];
+  const AXES = ["x", "y", "z"];
+  const center = box.map(([low, high]) => 0.5 * (low + high));
+  const radius = Math.max(0.5 * Math.hypot(...box.map(([low, high]) => high - low)), 1e-6);
+  const VIEWS = { corner: [-55, 30], front: [-90, 0], side: [0, 0], top: [-90, 89.9] };
+  const shown = m.parts.map(() => true);
+  const eye = { yaw: 0, pitch: 0, zoom: 1, right: 0, up: 0 };
+  let now = null;
+  let kept = null;
+  let plane = null;
+  let range = [0, 1];
+  let is_fixed = false;
+
+  const colour = (t, ramp) => {
+    const at = Math.min(1, Math.max(0, t)) * (ramp.length - 1);
+    const i = Math.min(ramp.length - 2, Math.floor(at));
+    return ramp[i].map((a, k) => Math.round(a + (at - i) * (ramp[i + 1][k] - a)));
+  };
+
+  /* Pipes of the channels: prisms along the axis, with the place of their temperature in the field. */
+  const SIDES = 8;
+  const pipes = m.channels.map((channel) => {
+    const legs = channel.path.slice(1).map((end, k) => Math.hypot(...minus(end, channel.path[k])));
+    const whole = legs.reduce((sum, leg) => sum + leg, 0) || 1;
+    const ends = legs.reduce((all, leg) => [...all, all[all.length - 1] + leg / whole], [0]);
+    const cuts = [...new Set([...ends, ...channel.shares.filter((_, k) => k % Math.ceil(channel.shares.length / 60) === 0)])].sort((a, b) => a - b);
+    const at = (share) => {
+      const k = Math.min(legs.length - 1, Math.max(0, ends.findIndex((end) => end >= share - 1e-12) - 1));
+      const t = (share - ends[k]) / (ends[k + 1] - ends[k] || 1);
+      return channel.path[k].map((x, d) => x + t * (channel.path[k + 1][d] - x));
+    };
+    const station = (share) => channel.first + Math.max(0, channel.shares.findIndex((own) => own >= share - 1e-9));
+    const [places, normals, stations, faces] = [[], [], [], []];
+    for (let k = 1; k < cuts.length; k += 1) {
+      const [from, to] = [at(cuts[k - 1]), at(cuts[k])];
+      const along = minus(to, from);
+      const length = Math.hypot(...along);
+      if (length < 1e-9) continue;
+      const direction = along.map((x) => x / length);
+      const some = Math.abs(direction[2]) < 0.9 ? [0, 0, 1] : [1, 0, 0];
+      const first = cross(direction, some);
+      const size = Math.hypot(...first);
+      const e1 = first.map((x) => x / size);
+      const e2 = cross(direction, e1);
+      const start = places.length / 3;
+      for (const end of [from, to]) {
+        for (let i = 0; i < SIDES; i += 1) {
+          const normal = e1.map((x, d) => x * Math.cos((2 * Math.PI * i) / SIDES) + e2[d] * Math.sin((2 * Math.PI * i) / SIDES));
+          places.push(...end.map((x, d) => x + 0.5 * channel.diameter * normal[d]));
+          normals.push(...normal);
+          stations.push(station(end === from ? cuts[k - 1] : cuts[k]));
+        }
+      }
+      for (let i = 0; i < SIDES; i += 1) {
+        const next = (i + 1) % SIDES;
+        faces.push([start + i, start + next, start + SIDES + next], [start + i, start + SIDES + next, start + SIDES + i]);
+      }
+    }
+    return { part: channel.part, places, normals, stations, faces };
+  });
+
+  /* Everything in one list of vertices: the surface, then the pipes. */
+  const pipeStart = [];
+  let total = scene.count;
+  for (const pipe of pipes) { pipeStart.push(total); total += pipe.places.length / 3; }
+  const positions = new Float32Array(3 * total);
+  const normals = new Float32Array(3 * total);
+  const source = new Uint32Array(total);
+  positions.set(scene.positions);
+  normals.set(scene.normals);
+  for (let i = 0; i < scene.count; i += 1) source[i] = i;
+  const faces = [...scene.triangles];
+  const pipeFaces = pipes.map((pipe, k) => {
+    positions.set(pipe.places, 3 * pipeStart[k]);
+    normals.set(pipe.normals, 3 * pipeStart[k]);
+    source.set(pipe.stations, pipeStart[k]);
+    const first = faces.length / 3;
+    for (const face of pipe.faces) faces.push(...face.map((i) => i + pipeStart[k]));
+    return { first, count: pipe.faces.length, part: pipe.part };
+  });
+  const values = new Float32Array(total);
+
+  function axes() {
+    const [yaw, pitch] = [(eye.yaw * Math.PI) / 180, (eye.pitch * Math.PI) / 180];
+    const toward = [Math.cos(pitch) * Math.cos(yaw), Math.cos(pitch) * Math.sin(yaw), Math.sin(pitch)];
+    const right = [-Math.sin(yaw), Math.cos(yaw), 0];
+    return { right, up: cross(toward, right), toward };
+  }
+  /* From the machine to the picture, -1 to 1 each; z rises away from the eye. */
+  function projection() {
+    const { right, up, toward } = axes();
+    const wide = canvas.clientWidth / Math.max(1, canvas.clientHeight);
+    const scale = eye.zoom / radius;
+    const [x, y] = wide > 1 ? [scale / wide, scale] : [scale, scale * wide];
+    const row = (axis, by, shift) => [...axis.map((a) => a * by), -dot(axis, center) * by + shift];
+    return [row(right, x, eye.right), row(up, y, eye.up), row(toward, -0.25 / radius / Math.max(1, eye.zoom) , 0)];
+  }
+  const placed = (rows, at) => rows.map((row) => row[0] * at[0] + row[1] * at[1] + row[2] * at[2] + row[3]);
+
+  const painter = webgl() || flat();
+
+  function webgl() {
+    const gl = canvas.getContext("webgl", { antialias: false });
+    if (!gl || (total > 65535 && !gl.getExtension("OES_element_index_uint"))) return null;
+    const buffer = (kind, data, usage) => { const own = gl.createBuffer(); gl.bindBuffer(kind, own); gl.bufferData(kind, data, usage); return own; };
+    const colours = new Uint8Array(4 * total);
+    const attributes = [["place", 3, gl.FLOAT, buffer(gl.ARRAY_BUFFER, positions, gl.STATIC_DRAW)], ["normal", 3, gl.FLOAT, buffer(gl.ARRAY_BUFFER, normals, gl.STATIC_DRAW)],
+      ["tint", 4, gl.UNSIGNED_BYTE, buffer(gl.ARRAY_BUFFER, colours, gl.DYNAMIC_DRAW)]];
+    /* A section discards fragments, which costs every picture that has none: it has a program of its own. */
+    const programs = ["", "if (dot(plane.xyz, at) > plane.w) discard; if (!gl_FrontFacing) shade *= 0.72;"].map((section) => {
+      const program = gl.createProgram();
+      const shader = (kind, text) => { const own = gl.createShader(kind); gl.shaderSource(own, text); gl.compileShader(own); gl.attachShader(program, own); };
+      shader(gl.VERTEX_SHADER, `attribute vec3 place; attribute vec3 normal; attribute vec4 tint; uniform vec4 rows[3]; uniform vec3 light;
+        varying vec3 at; varying vec3 colour;
+        void main() { vec4 p = vec4(place, 1.0); at = place; colour = tint.rgb * (0.78 + 0.22 * abs(dot(normal, light)));
+          gl_Position = vec4(dot(rows[0], p), dot(rows[1], p), dot(rows[2], p), 1.0); }`);
+      shader(gl.FRAGMENT_SHADER, `precision mediump float; uniform vec4 plane; uniform float alpha; uniform float ink; varying vec3 at; varying vec3 colour;
+        void main() { float shade = 1.0; ${section}
+          gl_FragColor = vec4(colour * shade * ink, alpha); }`);
+      attributes.forEach(([name], slot) => gl.bindAttribLocation(program, slot, name));
+      gl.linkProgram(program);
+      return gl.getProgramParameter(program, gl.LINK_STATUS) ? program : null;
+    });
+    if (programs.includes(null)) return null;
+    attributes.forEach(([, size, kind, own], slot) => {
+      gl.bindBuffer(gl.ARRAY_BUFFER, own);
+      gl.enableVertexAttribArray(slot);
+      gl.vertexAttribPointer(slot, size, kind, kind === gl.UNSIGNED_BYTE, 0, 0);
+    });
+    const [Kind, kind] = total > 65535 ? [Uint32Array, gl.UNSIGNED_INT] : [Uint16Array, gl.UNSIGNED_SHORT];
+    const bytes = Kind.BYTES_PER_ELEMENT;
+    const triangles = buffer(gl.ELEMENT_ARRAY_BUFFER, Kind.from(faces), gl.STATIC_DRAW);
+    const lines = buffer(gl.ELEMENT_ARRAY_BUFFER, Kind.from(scene.edges), gl.STATIC_DRAW);
+    gl.enable(gl.DEPTH_TEST);
+    gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
+    gl.enable(gl.POLYGON_OFFSET_FILL);
+    gl.polygonOffset(1, 1);
+    return {
+      fill(ramp) {
+        const table = Array.from({ length: 256 }, (_, k) => colour(k / 255, ramp));
+        for (let i = 0; i < total; i += 1) {
+          const own = table[Math.min(255, Math.max(0, Math.round((255 * (values[i] - range[0])) / (range[1] - range[0])))) || 0];
+          for (let k = 0; k < 3; k += 1) colours[4 * i + k] = own[k];
+        }
+        gl.bindBuffer(gl.ARRAY_BUFFER, attributes[2][3]);
+        gl.bufferSubData(gl.ARRAY_BUFFER, 0, colours);
+      },
+      paint(rows, ramp, is_clear) {
+        const program = programs[plane ? 1 : 0];
+        const place = (name) => gl.getUniformLocation(program, name);
+        const { right, up, toward } = axes();
+        const light = toward.map((x, d) => 0.8 * x + 0.25 * right[d] + 0.5 * up[d]);
+        gl.useProgram(program);
+        gl.viewport(0, 0, canvas.width, canvas.height);
+        gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+        gl.uniform4fv(place("rows"), rows.flat());
+        gl.uniform3f(place("light"), ...light.map((x) => x / Math.hypot(...light)));
+        if (plane) gl.uniform4f(place("plane"), ...plane);
+        gl.uniform1f(place("ink"), 1);
+        gl.uniform1f(place("alpha"), 1);
+        gl.disable(gl.BLEND);
+        if (plane || is_clear) gl.disable(gl.CULL_FACE); else gl.enable(gl.CULL_FACE);
+        gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, triangles);
+        for (const pipe of pipeFaces) if (shown[pipe.part] && (plane || is_clear)) gl.drawElements(gl.TRIANGLES, 3 * pipe.count, kind, 3 * pipe.first * bytes);
+        if (is_clear) { gl.enable(gl.BLEND); gl.depthMask(false); }
+        gl.uniform1f(place("alpha"), is_clear ? 0.3 : 1);
+        m.parts.forEach((part, k) => { if (shown[k]) gl.drawElements(gl.TRIANGLES, 3 * part.count, kind, 3 * part.first * bytes); });
+        gl.enable(gl.BLEND);
+        gl.uniform1f(place("ink"), 0.1);
+        gl.uniform1f(place("alpha"), 0.55);
+        gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, lines);
+        m.parts.forEach((part, k) => { if (shown[k]) gl.drawElements(gl.LINES, 2 * part.edges, kind, 2 * part.first_edge * bytes); });
+        gl.depthMask(true);
+      },
+    };
+  }
+
+  /* Where WebGL is missing: faces painted on a plain canvas, the farthest first. */
+  function flat() {
+    const g = canvas.getContext("2d");
+    return {
+      fill() {},
+      paint(rows, ramp, is_clear) {
+        const [w, h] = [canvas.width, canvas.height];
+        g.clearRect(0, 0, w, h);
+        const screen = new Float32Array(3 * total);
+        for (let i = 0; i < total; i += 1) screen.set(placed(rows, positions.subarray(3 * i, 3 * i + 3)), 3 * i);
+        const groups = [...m.parts.map((part, k) => [part, k, false]), ...pipeFaces.map((pipe) => [pipe, pipe.part, true])];
+        const seen = [];
+        for (const [group, part, is_pipe] of groups) {
+          if (!shown[part] || (is_pipe && !is_clear && !plane)) continue;
+          for (let t = group.first; t < group.first + group.count; t += 1) {
+            const [a, b, c] = faces.slice(3 * t, 3 * t + 3);
+            const middle = [0, 1, 2].map((d) => (positions[3 * a + d] + positions[3 * b + d] + positions[3 * c + d]) / 3);
+            if (plane && dot(plane, middle) > plane[3]) continue;
+            seen.push([(screen[3 * a + 2] + screen[3 * b + 2] + screen[3 * c + 2]) / 3, a, b, c, is_pipe]);
+          }
+        }
+        seen.sort((one, other) => other[0] - one[0]);
+        const { toward } = axes();
+        for (const [, a, b, c, is_pipe] of seen) {
+          const bright = 0.78 + 0.22 * Math.abs(dot(toward, normals.subarray(3 * a, 3 * a + 3)));
+          const tint = colour(((values[a] + values[b] + values[c]) / 3 - range[0]) / (range[1] - range[0]), ramp).map((x) => Math.round(x * bright));
+          g.globalAlpha = is_clear && !is_pipe ? 0.3 : 1;
+          g.fillStyle = `rgb(${tint.join(",")})`;
+          g.strokeStyle = g.fillStyle;
+          g.beginPath();
+          for (const i of [a, b, c]) g.lineTo(0.5 * (screen[3 * i] + 1) * w, 0.5 * (1 - screen[3 * i + 1]) * h);
+          g.closePath();
+          g.fill();
+          g.stroke();
+        }
+        g.globalAlpha = 1;
+      },
+    };
+  }
+
+  const is_difference = () => byId("quantity").value === "change" && kept !== null;
+  function fillValues() {
+    for (let i = 0; i < total; i += 1) values[i] = now.field[source[i]] - (is_difference() ? kept[source[i]] : 0);
+    if (is_fixed && !is_difference()) { painter.fill(RAMP); return; }
+    let [low, high] = [Infinity, -Infinity];
+    m.parts.forEach((part, k) => {
+      if (!shown[k]) return;
+      for (let f = 3 * part.first; f < 3 * (part.first + part.count); f += 1) { low = Math.min(low, values[faces[f]]); high = Math.max(high, values[faces[f]]); }
+    });
+    if (is_difference()) { const most = Math.max(Math.abs(low), Math.abs(high), 0.05); [low, high] = [-most, most]; }
+    range = low < high - 0.05 ? [low, high] : [low - 0.05, low + 0.05];
+    painter.fill(is_difference() ? DIFFERENCE : RAMP);
+  }
+
+  function legend() {
+    const ramp = is_difference() ? DIFFERENCE : RAMP;
+    byId("ramp").style.background = `linear-gradient(to right, ${ramp.map((own) => `rgb(${own.join(",")})`).join(", ")})`;
+    const unit = is_difference() ? "K" : "°C";
+    const { list, digits } = page.ticks(...range);
+    byId("scale").replaceChildren(...list.map((value) => {
+      const mark = make("span", `${value.toFixed(digits).replace("-", "−")} ${unit}`);
+      mark.style.left = `${(100 * (value - range[0])) / (range[1] - range[0])}%`;
+      return mark;
+    }));
+  }
+
+  let is_waiting = false;
+  function paint() {
+    if (is_waiting || !now) return;
+    is_waiting = true;
+    requestAnimationFrame(() => {
+      is_waiting = false;
+      const scale = Math.min(2, window.devicePixelRatio || 1);
+      const [w, h] = [Math.round(canvas.clientWidth * scale), Math.round(canvas.clientHeight * scale)];
+      if (w === 0 || h === 0) return;
+      if (canvas.width !== w || canvas.height !== h) [canvas.width, canvas.height] = [w, h];
+      const rows = projection();
+      painter.paint(rows, is_difference() ? DIFFERENCE : RAMP, byId("clear").checked);
+      mark(rows);
+    });
+  }
+
+  /* Names over the picture: the hottest spot, the sensor of the binding limit, all others as dots. */
+  function mark(rows) {
+    const sign = (at, kind, text) => {
+      const [x, y] = placed(rows, at);
+      if (Math.abs(x) > 1 || Math.abs(y) > 1) return null;
+      const own = make("span", text, { className: kind });
+      own.style.left = `${50 * (x + 1)}%`;
+      own.style.top = `${50 * (1 - y)}%`;
+      return own;
+    };
+    const kept_by_section = (at) => !plane || dot(plane, at) <= plane[3];
+    const visible = m.sensors.filter((own) => (own.part === null || shown[own.part]) && kept_by_section(own.at));
+    const bound = now.binding ? visible.filter((own) => now.binding.points.includes(own.name)) : [];
+    const all = visible.filter((own) => !bound.includes(own)).map((own) => sign(own.at, "dot", ""));
+    all.push(...bound.map((own) => sign(own.at, "bound", `${now.binding.name}`)));
+    let hottest = null;
+    m.parts.forEach((part, k) => {
+      if (!shown[k]) return;
+      for (let f = 3 * part.first; f < 3 * (part.first + part.count); f += 1) {
+        if (hottest === null || now.field[faces[f]] > now.field[hottest]) hottest = faces[f];
+      }
+    });
+    if (hottest !== null && !is_difference()) {
+      const at = [...positions.subarray(3 * hottest, 3 * hottest + 3)];
+      if (kept_by_section(at)) all.push(sign(at, "hottest", `hottest ${now.field[hottest].toFixed(1)} °C`));
+    }
+    signs.replaceChildren(...all.filter((own) => own !== null));
+  }
+
+  const rowsOfParts = m.parts.map((part, k) => {
+    const row = make("tr");
+    const check = make("input", undefined, { type: "checkbox", checked: true, id: `part${k}` });
+    check.addEventListener("change", () => { shown[k] = check.checked; redraw(); });
+    const only = make("button", "alone", { type: "button", ariaLabel: `${spoken(part.name)} alone` });
+    only.addEventListener("click", () => {
+      const is_alone = shown.every((own, other) => own === (other === k));
+      shown.forEach((_, other) => { shown[other] = is_alone || other === k; rowsOfParts[other].check.checked = shown[other]; });
+      redraw();
+    });
+    const cells = [make("td"), make("td"), make("td"), make("td")];
+    cells[0].append(check, make("label", ` ${spoken(part.name)}`, { htmlFor: `part${k}` }));
+    cells[3].append(only);
+    row.append(...cells);
+    byId("parts").tBodies[0].append(row);
+    return { check, cells };
+  });
+  function listParts() {
+    m.parts.forEach((part, k) => {
+      let [low, high] = [Infinity, -Infinity];
+      for (let f = 3 * part.first; f < 3 * (part.first + part.count); f += 1) { low = Math.min(low, values[faces[f]]); high = Math.max(high, values[faces[f]]); }
+      [low, high].forEach((value, c) => { rowsOfParts[k].cells[c + 1].textContent = Number.isFinite(value) ? value.toFixed(1).replace("-", "−") : "–"; });
+    });
+  }
+  function redraw() { fillValues(); legend(); listParts(); paint(); }
+
+  /* Turned with the pointer or the arrow keys, moved with the right button or Shift, nearer with the wheel or + and -. */
+  const held = new Map();
+  let apart = 0;
+  canvas.addEventListener("pointerdown", (e) => { held.set(e.pointerId, e); canvas.setPointerCapture(e.pointerId); apart = 0; });
+  const release = (e) => { held.delete(e.pointerId); apart = 0; };
+  canvas.addEventListener("pointerup", release);
+  canvas.addEventListener("pointercancel", release);
+  canvas.addEventListener("contextmenu", (e) => e.preventDefault());
+  canvas.addEventListener("pointermove", (e) => {
+    const before = held.get(e.pointerId);
+    if (!before) { ask(e); return; }
+    const [dx, dy] = [e.clientX - before.clientX, e.clientY - before.clientY];
+    held.set(e.pointerId, e);
+    if (held.size === 2) {
+      const [one, other] = [...held.values()];
+      const distance = Math.hypot(one.clientX - other.clientX, one.clientY - other.clientY);
+      if (apart > 0) zoom(distance / apart);
+      apart = distance;
+    } else if (e.shiftKey || e.buttons === 2) {
+      eye.right += (2 * dx) / canvas.clientWidth;
+      eye.up -= (2 * dy) / canvas.clientHeight;
+    } else turn(-0.5 * dx, 0.5 * dy);
+    paint();
+  });
+  canvas.addEventListener("wheel", (e) => { e.preventDefault(); zoom(Math.exp(-0.0015 * e.deltaY)); paint(); }, { passive: false });
+  function zoom(by) { eye.zoom = Math.min(40, Math.max(0.2, eye.zoom * by)); }
+  function turn(yaw, pitch) { eye.yaw += yaw; eye.pitch = Math.min(89.9, Math.max(-89.9, eye.pitch + pitch)); }
+  canvas.addEventListener("keydown", (e) => {
+    const act = { ArrowLeft: () => turn(10, 0), ArrowRight: () => turn(-10, 0), ArrowUp: () => turn(0, 10), ArrowDown: () => turn(0, -10),
+      "+": () => zoom(1.2), "=": () => zoom(1.2), "-": () => zoom(1 / 1.2), Home: () => look("corner") }[e.key];
+    if (!act) return;
+    e.preventDefault();
+    act();
+    paint();
+  });
+  /* From a side, as near as all of it can be seen. */
+  function look(view) {
+    [eye.yaw, eye.pitch] = VIEWS[view];
+    [eye.zoom, eye.right, eye.up] = [1, 0, 0];
+    const rows = projection();
+    const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((k) => placed(rows, box.map((ends, d) => ends[(k >> d) & 1])));
+    const [right, up] = [0, 1].map((d) => [Math.min(...corners.map((own) => own[d])), Math.max(...corners.map((own) => own[d]))]);
+    const half = Math.max(0.5 * (right[1] - right[0]), 0.5 * (up[1] - up[0]), 1e-9);
+    eye.zoom = 0.9 / half;
+    [eye.right, eye.up] = [right, up].map(([low, high]) => -0.5 * (low + high) * eye.zoom);
+    paint();
+  }
+  for (const button of byId("views").querySelectorAll("button")) button.addEventListener("click", () => look(button.value));
+
+  /* What is under the pointer. */
+  function ask(e) {
+    const bounds = canvas.getBoundingClientRect();
+    const [x, y] = [(2 * (e.clientX - bounds.left)) / bounds.width - 1, 1 - (2 * (e.clientY - bounds.top)) / bounds.height];
+    const { right, up, toward } = axes();
+    const rows = projection();
+    const [a, b] = [(x - placed(rows, center)[0]) / Math.hypot(...rows[0].slice(0, 3)), (y - placed(rows, center)[1]) / Math.hypot(...rows[1].slice(0, 3))];
+    const from = center.map((c, d) => c + a * right[d] + b * up[d] + 4 * radius * toward[d]);
+    const found = now && scene.met(from, toward.map((t) => -t), shown, plane, values);
+    byId("asked").textContent = found
+      ? `${spoken(m.parts[found.which].name)}: ${found.value.toFixed(2).replace("-", "−")} ${is_difference() ? "K" : "°C"}, ± ${now.band.toFixed(2)} K (95 %)`
+      : "Point at the machine for a temperature.";
+  }
+  canvas.addEventListener("pointerleave", () => { if (held.size === 0) byId("asked").textContent = "Point at the machine for a temperature."; });
+
+  function cut() {
+    const axis = AXES.indexOf(byId("cut").value.slice(-1));
+    byId("depth").disabled = axis < 0;
+    if (axis < 0) plane = null;
+    else {
+      const sign = byId("cut").value.startsWith("-") ? -1 : 1;
+      const at = box[axis][0] + (box[axis][1] - box[axis][0]) * Number(byId("depth").value);
+      plane = [0, 1, 2].map((d) => (d === axis ? sign : 0)).concat(sign * at);
+    }
+    paint();
+  }
+  for (const id of ["cut", "depth"]) byId(id).addEventListener("input", cut);
+  byId("clear").addEventListener("change", paint);
+  byId("fixed").addEventListener("change", () => { is_fixed = byId("fixed").checked; redraw(); });
+  byId("quantity").addEventListener("change", redraw);
+  new ResizeObserver(paint).observe(canvas);
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", paint);
+
+  byId("field").textContent = `Temperatures between the points are drawn from ${m.field.conditions} solved conditions. A condition predicted from the others is `
+    + `off by ${m.field.error.toPrecision(2)} K (root mean square of the surface), by ${m.field.largest_error.toPrecision(2)} K at most. ${m.notes.join(" ")}`;
+  byId("asked").textContent = "Point at the machine for a temperature.";
+  look("corner");
+  return {
+    selfTest: scene.selfTest,
+    /* The machine at a condition, with the standard deviation that its warmest point has. */
+    show(x, answer, binding) {
+      const widest = Math.max(0, ...s.points.map((p, k) => (p.unit === "degC" ? answer.bands[k].total : 0)));
+      now = { field: scene.field(x, answer.values), binding, band: 1.959963984540054 * Math.hypot(widest, m.field.error) };
+      redraw();
+    },
+    keep(is_kept) {
+      kept = is_kept && now ? now.field : null;
+      byId("quantity").options[1].disabled = kept === null;
+      if (kept === null) byId("quantity").value = "temperature";
+      redraw();
+    },
+  };
+}

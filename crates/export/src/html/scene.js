@@ -1,0 +1,77 @@
+/* Numbers packed as text: little-endian, base64. */
+function unpacked(text, Kind) {
+  const raw = atob(text);
+  const bytes = new Uint8Array(raw.length);
+  for (let k = 0; k < raw.length; k += 1) bytes[k] = raw.charCodeAt(k);
+  return new Kind(bytes.buffer);
+}
+
+/* Shape of the machine and the field of its temperatures; `m` is what the file carries of both. */
+function coldplateScene(m, s) {
+  const raw = unpacked(m.positions, Uint16Array);
+  const positions = Float32Array.from(raw, (value, k) => m.origin[k % 3] + m.step * value);
+  const normals = Float32Array.from(unpacked(m.normals, Int8Array), (value) => value / 127);
+  const triangles = unpacked(m.triangles, Uint32Array);
+  const edges = unpacked(m.edges, Uint32Array);
+  const count = positions.length / 3;
+  const center = unpacked(m.field.center, Float32Array);
+  const modes = m.field.modes.map((mode) => unpacked(mode, Int16Array));
+  const variables = m.field.variables.map((name) => s.variables.findIndex((v) => v.name === name));
+  const points = m.field.points.map((name) => s.points.findIndex((p) => p.name === name));
+
+  /* Temperatures (degrees Celsius) of all vertices, then of the stations of the channels, where the points have these values. */
+  function field(x, values) {
+    const known = [1, ...variables.map((v) => x[v]), ...points.map((p) => values[p])];
+    const all = Float32Array.from(center);
+    modes.forEach((mode, k) => {
+      const amplitude = m.field.scales[k] * m.field.coefficients[k].reduce((sum, c, f) => sum + c * known[f], 0);
+      for (let i = 0; i < all.length; i += 1) all[i] += amplitude * mode[i];
+    });
+    return all;
+  }
+
+  /* What a ray meets first of the parts that are shown, on the side of the section that is kept: part, place and temperature. */
+  function met(from, along, is_shown, plane, temperatures) {
+    let best = null;
+    m.parts.forEach((part, which) => {
+      if (!is_shown[which]) return;
+      for (let t = part.first; t < part.first + part.count; t += 1) {
+        const [a, b, c] = [0, 1, 2].map((k) => triangles[3 * t + k]);
+        const corner = (i) => [positions[3 * i], positions[3 * i + 1], positions[3 * i + 2]];
+        const [p, q, r] = [corner(a), corner(b), corner(c)];
+        const [u, v, w] = [minus(q, p), minus(r, p), minus(from, p)];
+        const n = cross(along, v);
+        const turn = dot(u, n);
+        if (Math.abs(turn) < 1e-18) continue;
+        const beta = dot(w, n) / turn;
+        const side = cross(w, u);
+        const gamma = dot(along, side) / turn;
+        const distance = dot(v, side) / turn;
+        if (beta < 0 || gamma < 0 || beta + gamma > 1 || distance < 0 || (best && distance > best.distance)) continue;
+        const at = from.map((x, k) => x + distance * along[k]);
+        if (plane && dot(plane, at) > plane[3]) continue;
+        const value = (1 - beta - gamma) * temperatures[a] + beta * temperatures[b] + gamma * temperatures[c];
+        best = { distance, which, at, value };
+      }
+    });
+    return best;
+  }
+  const minus = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+  const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+  const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+
+  /* Whether this browser finds the temperatures that the file says it should. */
+  function selfTest(evaluate) {
+    return m.field.self_tests.every((test) => {
+      const found = field(test.condition, evaluate(test.condition));
+      return test.vertices.every((vertex, k) => Math.abs(found[vertex] - test.values[k]) < 1e-3);
+    });
+  }
+
+  const box = [0, 1, 2].map((d) => {
+    let [low, high] = [Infinity, -Infinity];
+    for (let i = d; i < positions.length; i += 3) { low = Math.min(low, positions[i]); high = Math.max(high, positions[i]); }
+    return [low, high];
+  });
+  return { positions, normals, triangles, edges, count, box, field, met, selfTest, dot, cross, minus };
+}
