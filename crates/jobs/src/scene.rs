@@ -365,7 +365,7 @@ fn modes(rise: &DMatrix<f64>) -> (DMatrix<f64>, DMatrix<f64>) {
 
 /// Ridge regression of amplitudes on features.
 struct Regression {
-    /// Of each amplitude: a constant, then a coefficient for each feature.
+    /// Coefficients of each amplitude: a constant, then one for each feature.
     coefficients: Vec<Vec<f64>>,
     /// Amplitudes of each condition less what all other conditions say of them.
     left_out: DMatrix<f64>,

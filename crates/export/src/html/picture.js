@@ -250,13 +250,25 @@ function machinePicture(m, s, page) {
     }));
   }
 
+  /* While it moves, a picture that takes long is drawn coarser, and again in full when it rests. */
+  const [SLOW, FAST, REST] = [30, 18, 250];
   let is_waiting = false;
+  let share = 1;
+  let painted = 0;
+  let rest = 0;
   function paint() {
     if (is_waiting || !now) return;
     is_waiting = true;
-    requestAnimationFrame(() => {
+    requestAnimationFrame((time) => {
       is_waiting = false;
-      const scale = Math.min(2, window.devicePixelRatio || 1);
+      const gap = time - painted;
+      painted = time;
+      const is_moving = gap < REST;
+      if (is_moving && gap > SLOW) share = Math.max(0.3, 0.85 * share);
+      if (is_moving && gap < FAST) share = Math.min(1, 1.05 * share);
+      clearTimeout(rest);
+      if (is_moving && share < 1) rest = setTimeout(paint, REST + 50);
+      const scale = Math.min(2, window.devicePixelRatio || 1) * (is_moving ? share : 1);
       const [w, h] = [Math.round(canvas.clientWidth * scale), Math.round(canvas.clientHeight * scale)];
       if (w === 0 || h === 0) return;
       if (canvas.width !== w || canvas.height !== h) [canvas.width, canvas.height] = [w, h];
@@ -271,7 +283,7 @@ function machinePicture(m, s, page) {
     const sign = (at, kind, text) => {
       const [x, y] = placed(rows, at);
       if (Math.abs(x) > 1 || Math.abs(y) > 1) return null;
-      const own = make("span", text, { className: kind });
+      const own = make("span", text, { className: text === "" ? kind : `${kind} ${x > 0 ? "before" : "after"}` });
       own.style.left = `${50 * (x + 1)}%`;
       own.style.top = `${50 * (1 - y)}%`;
       return own;
