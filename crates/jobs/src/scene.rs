@@ -198,7 +198,8 @@ impl Surface {
         if facets.is_empty() {
             return Err(Error::input("this machine has no part that could be drawn").help("leave out --machine: its nodes have no shape"));
         }
-        let (mut vertices, mut at_place): (Vec<Vertex>, HashMap<(usize, [i64; 3]), Vec<usize>>) = (Vec::new(), HashMap::new());
+        let mut vertices: Vec<Vertex> = Vec::new();
+        let mut at_place: HashMap<(usize, [i64; 3]), Vec<usize>> = HashMap::new();
         let mut corners = Vec::with_capacity(facets.len());
         for (f, facet) in facets.iter().enumerate() {
             let normal = unit(facet.outward);
