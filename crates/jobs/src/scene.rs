@@ -42,6 +42,21 @@ const TESTED: usize = 7;
 /// The machine in three dimensions, as a page reads it. Packed numbers are little-endian, in base64.
 #[derive(Debug, Serialize)]
 pub struct Scene {
+    #[serde(flatten)]
+    shape: Shape,
+    /// Channels.
+    channels: Vec<SceneChannel>,
+    /// Sensors that have a place.
+    sensors: Vec<SceneSensor>,
+    /// Temperatures everywhere.
+    field: SceneField,
+    /// Remarks for the reader.
+    pub notes: Vec<String>,
+}
+
+/// Surface of the parts.
+#[derive(Debug, Serialize)]
+struct Shape {
     /// Parts with their triangles.
     parts: Vec<ScenePart>,
     /// Corner of the machine from which positions count, m.
@@ -56,14 +71,6 @@ pub struct Scene {
     triangles: String,
     /// Ends of the edges of blocks, packed `u32`, two each.
     edges: String,
-    /// Channels.
-    channels: Vec<SceneChannel>,
-    /// Sensors that have a place.
-    sensors: Vec<SceneSensor>,
-    /// Temperatures everywhere.
-    field: SceneField,
-    /// Remarks for the reader.
-    pub notes: Vec<String>,
 }
 
 #[derive(Debug, Serialize)]
@@ -150,13 +157,8 @@ pub fn scene(model: &MeshedMachine, surrogate: &Surrogate<'_>, progress: &dyn Pr
     let field = field(surrogate, &conditions, &snapshots)?;
     let machine = &model.machine;
     let sensor = |s: usize| place_of(model, machine, s).map(|(part, at)| SceneSensor { name: machine.sensors[s].name.clone(), part, at });
-    Ok(Scene {
-        sensors: (0..machine.sensors.len()).filter_map(sensor).collect(),
-        channels,
-        field,
-        notes: Vec::new(),
-        ..surface.packed(model)
-    })
+    let sensors = (0..machine.sensors.len()).filter_map(sensor).collect();
+    Ok(Scene { shape: surface.packed(model), channels, sensors, field, notes: Vec::new() })
 }
 
 /// Conditions over the ranges of a surrogate, in its units.
@@ -232,8 +234,8 @@ impl Surface {
         self.vertices.iter().map(of_vertex).chain(water).collect()
     }
 
-    /// Shape of the scene, with nothing in it yet.
-    fn packed(&self, model: &MeshedMachine) -> Scene {
+    /// The surface as a page reads it.
+    fn packed(&self, model: &MeshedMachine) -> Shape {
         let bounds = |d: usize| {
             let all = self.vertices.iter().map(|v| v.at[d]);
             all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)))
@@ -260,7 +262,7 @@ impl Surface {
         }
         let positions = self.vertices.iter().flat_map(|v| [0, 1, 2].map(|d| ((v.at[d] - origin[d]) / step).round() as u16));
         let normals = self.vertices.iter().flat_map(|v| unit(v.normal).map(|x| (127.0 * x).round() as i8));
-        Scene {
+        Shape {
             parts,
             origin,
             step,
@@ -268,21 +270,6 @@ impl Surface {
             normals: packed(normals.map(i8::to_le_bytes)),
             triangles: packed(triangles.into_iter().map(u32::to_le_bytes)),
             edges: packed(edges.into_iter().map(u32::to_le_bytes)),
-            channels: Vec::new(),
-            sensors: Vec::new(),
-            field: SceneField {
-                variables: Vec::new(),
-                points: Vec::new(),
-                center: String::new(),
-                modes: Vec::new(),
-                scales: Vec::new(),
-                coefficients: Vec::new(),
-                error: 0.0,
-                largest_error: 0.0,
-                conditions: 0,
-                self_tests: Vec::new(),
-            },
-            notes: Vec::new(),
         }
     }
 }
