@@ -30,9 +30,10 @@ const CONDITIONS: usize = 48;
 const DETAIL: usize = 7;
 /// Modes of the field at most, a count. Chosen: beyond it lie the solver's own errors.
 const MOST_MODES: usize = 12;
-/// Error that the modes may leave, K, root mean square over the surface.
+/// Error that the modes may leave, K, root mean square over the surface. Chosen: a fiftieth of what thermometers resolve.
 const LEFT_BY_MODES: f64 = 0.002;
-/// Penalties of the regression that are tried, on amplitudes and features of unit variance.
+/// Penalties of the regression that are tried, on features of unit variance. Chosen: from rounding to one that forgets the features; which
+/// one counts is decided by conditions that are left out.
 const PENALTIES: [f64; 9] = [1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1];
 /// Cosine of the angle between neighbouring facets from which on there is an edge between them: of a cylinder they are ten degrees apart.
 const SMOOTH: f64 = 0.7;
@@ -141,16 +142,12 @@ pub fn scene(model: &MeshedMachine, surrogate: &Surrogate<'_>, progress: &dyn Pr
     let surface = Surface::of(model)?;
     let channels = channels(model, surface.vertices.len());
     let conditions = conditions(surrogate);
-    let mut snapshots = Vec::with_capacity(conditions.len());
-    let mut solver = None;
-    for (done, x) in conditions.iter().enumerate() {
-        progress.count(done, conditions.len(), "conditions");
-        let condition = condition_of(model, surrogate, x)?;
-        if solver.is_none() {
-            solver = Some(model.solver(&condition)?);
-        }
-        let Some(solver) = &solver else { continue };
-        let temperatures = model.solve(solver, &condition)?.solution.temperatures;
+    let asked: Vec<Condition> = conditions.iter().map(|x| condition_of(model, surrogate, x)).collect::<Result<_>>()?;
+    let solver = model.solver(&asked[0])?;
+    let mut snapshots = Vec::with_capacity(asked.len());
+    for (done, condition) in asked.iter().enumerate() {
+        progress.count(done, asked.len(), "conditions");
+        let temperatures = model.solve(&solver, condition)?.solution.temperatures;
         snapshots.push(surface.temperatures(model, &temperatures));
     }
     progress.count(conditions.len(), conditions.len(), "conditions");

@@ -250,7 +250,8 @@ function machinePicture(m, s, page) {
     }));
   }
 
-  /* While it moves, a picture that takes long is drawn coarser, and again in full when it rests. */
+  /* While it moves, a picture that takes long is drawn coarser, and again in full when it rests; times in
+     milliseconds. Chosen: thirty frames a second, sixty, and a pause that the eye sees. */
   const [SLOW, FAST, REST] = [30, 18, 250];
   let is_waiting = false;
   let share = 1;

@@ -139,7 +139,7 @@ impl Posterior<'_> {
         (0..with.ncols()).map(|row| (prior[(row, row)] - with.column(row).dot(&taken.column(row))).max(0.0)).collect()
     }
 
-    /// The same of an amplitude that follows functions, by the covariance of their coefficients.
+    /// Variances of an amplitude that follows functions, by the covariance of their coefficients.
     fn variances_of_functions(&self, cause: usize) -> Vec<f64> {
         let explained = self.explained;
         let acting: Vec<(usize, usize, f64)> = self.followed(cause).filter(|(.., deviation)| *deviation > 0.0).collect();
@@ -169,7 +169,7 @@ impl Posterior<'_> {
         Functions { solved: self.solve(&columns), pulls: columns.tr_mul(&self.pull), columns }
     }
 
-    /// What the readings say of each other.
+    /// Predictions of some readings from all others.
     pub fn others(&self) -> Others {
         let (explained, rows) = (self.explained, self.explained.rows);
         // The columns of the metric times the inverse of the upper factor of their matrix.
