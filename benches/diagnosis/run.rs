@@ -66,6 +66,7 @@ pub struct Answer {
     pub wrong_law: bool,
     pub is_known: bool,
     pub stated: f64,
+    pub is_so: bool,
     pub covered: Option<bool>,
     pub off: Option<f64>,
     /// The sets that were weighed, most probable first.
@@ -127,6 +128,7 @@ pub fn answer(drawn: &Drawn, found: &Diagnosis) -> Answer {
         wrong_law,
         is_known,
         stated,
+        is_so,
         covered,
         d,
         off,
@@ -168,6 +170,7 @@ pub fn answer(drawn: &Drawn, found: &Diagnosis) -> Answer {
         wrong_law,
         is_known,
         stated,
+        is_so,
         covered,
         off,
         sets,

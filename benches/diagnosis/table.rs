@@ -297,10 +297,10 @@ fn by_law(cases: &[Done]) {
 
 fn reliability(cases: &[Done]) {
     println!(
-        "\nStated probability of the first explanation's kinds and places, and how often they were right (all effects that the catalogue has by kind \
-         and place, detected):\n\n| stated | right | cases | difference | as many honest ones |\n|---|---|---:|---:|---:|"
+        "\nStated probability that the named causes act, by kind and place, and how often they did (all that the catalogue has by kind and place, \
+         and clean data):\n\n| stated | so | cases | difference | as many honest ones |\n|---|---|---:|---:|---:|"
     );
-    let detected = of(cases, |a| a.family != Family::Clean && a.is_known && a.detected);
+    let detected = of(cases, |a| a.is_known && a.stated > 0.0);
     let mut error = 0.0;
     for own in 0..BINS {
         let chosen = of(&detected, |a| bin(a.stated) == own);
@@ -309,7 +309,7 @@ fn reliability(cases: &[Done]) {
         }
         let n = chosen.len() as f64;
         let stated = chosen.iter().map(|c| c.answer.stated).sum::<f64>() / n;
-        let right = chosen.iter().filter(|c| c.answer.right).count() as f64 / n;
+        let right = chosen.iter().filter(|c| c.answer.is_so).count() as f64 / n;
         let scatter = chosen.iter().map(|c| c.answer.stated * (1.0 - c.answer.stated)).sum::<f64>().sqrt() / n;
         println!("| {stated:.3} | {right:.3} | {} | {:+.3} | ± {scatter:.3} |", chosen.len(), stated - right);
         error += n * (stated - right).abs();

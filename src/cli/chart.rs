@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use serde_json::json;
 
 use super::condition::ConditionArgs;
+use super::interrupt;
 use super::output::Output;
 use coldplate_base::error::{Error, Result};
 use coldplate_explore::sweep::SweepOptions;
@@ -14,7 +15,9 @@ use coldplate_jobs::{FileKind, figures, open};
 use coldplate_surrogate::verdict::{self, Surrogate};
 use coldplate_tables::Table;
 
-/// Figures as SVG and PNG: from chart definitions, a surrogate file, or a folder of results
+/// Figures of chart definitions, of a surrogate, of a folder
+///
+/// Figures are written as SVG and PNG; a folder has a surrogate and its tables.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Chart definitions (charts/NAME.toml), or one surrogate file, or one folder with a surrogate and its tables
@@ -39,6 +42,10 @@ pub struct Args {
 /// # Errors
 /// A definition, surrogate or table that cannot be read, or a folder that cannot be written.
 pub fn run(args: &Args, out: Output) -> Result<u8> {
+    // Figures are written one after the other, and sweeps that definitions name are solved into journals.
+    interrupt::keeps(
+        "the figures drawn so far are whole, and solved conditions are in their journals; the same command goes on from there",
+    );
     let is_definition = |path: &PathBuf| FileKind::by_name(path) == FileKind::Document;
     let files = match args.sources.as_slice() {
         definitions if definitions.iter().all(is_definition) => {

@@ -17,7 +17,10 @@ use coldplate_solve::meshed::{ChannelEntry, ContactEntry, ImportEntry, Inventory
 use coldplate_solve::sensitivity::UncertainNumber;
 use coldplate_solve::study::Study;
 
-/// Inventory of a machine file
+/// Inventory of a machine file, with warnings
+///
+/// Parts, contacts with their true areas and hA, channels, boundaries, sources, the size of the mesh, and everything that the
+/// file assumes or calls uncertain.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Machine file

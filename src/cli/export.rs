@@ -2,48 +2,34 @@
 
 use std::path::{Path, PathBuf};
 
-use coldplate_export::{ExportError, Target};
+use coldplate_export::{Beside, ExportError, Target};
 use serde::Serialize;
 
 use super::condition::{ConditionArgs, pair_of};
 use super::output::Output;
+use super::target::{Made, To};
 use coldplate_base::atomic_file;
 use coldplate_base::error::{Error, Result};
 use coldplate_explore::sweep::MACHINE_HASH;
 use coldplate_interchange::calculix::{DeckPoint, InputDeck};
-use coldplate_interchange::foreign;
+use coldplate_jobs::followed::followed;
 use coldplate_jobs::open;
+use coldplate_jobs::scene::Glb;
 use coldplate_runtime::Surrogate;
 use coldplate_solve::meshed::MeshedMachine;
 use coldplate_tables::Table;
 
-/// A form in which another program reads a table.
-struct TableForm {
-    key: &'static str,
-    ending: &'static str,
-    write: fn(&Table) -> Result<String>,
-}
-
-/// Forms of tables for other programs.
-const TABLES: [TableForm; 2] = [
-    TableForm { key: "dakota", ending: ".dat", write: foreign::dakota },
-    TableForm { key: "openturns", ending: "_openturns.csv", write: foreign::openturns },
-];
-
-/// The target of a machine at one condition.
-const CALCULIX: &str = "calculix";
-
-/// A surrogate for other languages and programs, with the same answers there
+/// A surrogate as source text in another language
+///
+/// The answers there are the same; or a table or a machine in the form of another program.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Surrogate file; for dakota and openturns a table; for calculix a machine file
+    /// Surrogate, table or machine, whichever the target is made of
     #[arg(value_name = "SURROGATE|TABLE|MACHINE")]
     surrogate: PathBuf,
-    /// Target: c99 (a source file and a header), fmu2, fmu3 (a functional mock-up unit), html (a page with sliders), json
-    /// (everything in the file), modelica (a package), octave (a function), onnx (a model), st (a function block for controllers);
-    /// from a table: dakota (a tabular file), openturns (a sample); from a machine: calculix (an input deck at one condition)
+    /// Target
     #[arg(long, value_name = "TARGET")]
-    to: String,
+    to: To,
     /// In single precision, for processors that have no other (c99); reports the loss of accuracy
     #[arg(long)]
     single: bool,
@@ -58,10 +44,10 @@ pub struct Args {
     machine: Option<PathBuf>,
     #[command(flatten)]
     condition: ConditionArgs,
-    /// Change a value of the machine file (calculix, html), for example contact.motor.conductance="560 W/(m2 K)"
+    /// Change a value of the machine file (calculix, glb, html), for example contact.motor.conductance="560 W/(m2 K)"
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// About how many cells (calculix, html; default: the machine file's own)
+    /// About how many cells (calculix, glb, html; default: the machine file's own)
     #[arg(long, value_name = "N")]
     cells: Option<usize>,
 }
@@ -70,7 +56,7 @@ pub struct Args {
 #[derive(Debug, Serialize)]
 struct Record {
     /// The target.
-    target: &'static str,
+    target: String,
     /// The files, in the order in which they were written.
     written: Vec<WrittenFile>,
     /// Node of each sensor in an input deck.
@@ -95,23 +81,23 @@ struct WrittenFile {
 /// # Errors
 /// Bad input, a target that does not exist, or a file that cannot be written.
 pub fn run(args: &Args, out: Output) -> Result<u8> {
-    if let Some(form) = TABLES.iter().find(|form| form.key == args.to) {
-        surrogate_alone(args)?;
-        machine_alone(args)?;
-        return table(args, form, out);
-    }
-    if args.to == CALCULIX {
-        surrogate_alone(args)?;
-        no_machine(args)?;
-        return machine(args, out);
-    }
-    let target = match (target(&args.to)?, args.single) {
-        (Target::C99, true) => Target::C99Single,
-        (_, true) => {
+    let target = match args.to.made() {
+        Made::Table(write, ending) => {
+            surrogate_alone(args)?;
+            machine_alone(args)?;
+            return table(args, write, ending, out);
+        }
+        Made::Machine => {
+            surrogate_alone(args)?;
+            no_machine(args)?;
+            return machine(args, out);
+        }
+        Made::Surrogate(Target::C99) if args.single => Target::C99Single,
+        Made::Surrogate(_) if args.single => {
             let error = Error::input(format!("'{}' is written in double precision alone", args.to)).at_key("--single");
             return Err(error.help("leave it out, or write --to c99"));
         }
-        (target, false) => target,
+        Made::Surrogate(target) => target,
     };
     let scene_of = args.machine.as_ref().filter(|_| target == Target::Html);
     match scene_of {
@@ -122,9 +108,11 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let surrogate = file.surrogate()?;
     let name = args.name();
     let scene = scene_of.map(|path| scene(args, path, &surrogate, out)).transpose()?;
-    let written = match &scene {
-        Some(scene) => coldplate_export::page(&surrogate, scene, &name),
-        None => coldplate_export::export(&surrogate, target, &name),
+    let written = if target == Target::Html {
+        let followed = followed(&file.bytes)?;
+        coldplate_export::page(&surrogate, &Beside { scene: scene.as_deref(), followed: followed.as_deref() }, &name)
+    } else {
+        coldplate_export::export(&surrogate, target, &name)
     };
     let files = written.map_err(|e| {
         let error = Error::input(e.to_string());
@@ -134,7 +122,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
             _ => error,
         }
     })?;
-    let mut record = Record { target: target.key(), written: Vec::new(), points: Vec::new() };
+    let mut record = Record { target: args.to.to_string(), written: Vec::new(), points: Vec::new() };
     for file in files {
         let path = args.folder().join(&file.name);
         atomic_file::write(&path, &file.content)?;
@@ -165,40 +153,46 @@ fn scene(args: &Args, path: &Path, surrogate: &Surrogate<'_>, out: Output) -> Re
 }
 
 /// Writes a table in the form of another program.
-fn table(args: &Args, form: &TableForm, out: Output) -> Result<u8> {
+fn table(args: &Args, write: fn(&Table) -> Result<String>, ending: &str, out: Output) -> Result<u8> {
     let table = Table::read(&args.surrogate)?;
-    let text = (form.write)(&table).map_err(|e| e.in_file(&args.surrogate))?;
-    let path = args.folder().join(format!("{}{}", args.file_name()?, form.ending));
+    let text = write(&table).map_err(|e| e.in_file(&args.surrogate))?;
+    let path = args.folder().join(format!("{}{}", args.file_name()?, ending));
     atomic_file::write(&path, text.as_bytes())?;
     let written = vec![WrittenFile { path: path.clone(), bytes: text.len(), remark: None }];
-    let record = Record { target: form.key, written, points: Vec::new() };
+    let record = Record { target: args.to.to_string(), written, points: Vec::new() };
     out.report(&format!("wrote {} ({} bytes)\n", path.display(), text.len()), &record);
     Ok(0)
 }
 
-/// Writes a machine at one condition as an input deck.
+/// Writes a machine at one condition.
 fn machine(args: &Args, out: Output) -> Result<u8> {
     let sets = args.set.iter().map(|s| pair_of(s, "--set")).collect::<Result<Vec<_>>>()?;
     let file = open(&args.surrogate)?;
-    if std::str::from_utf8(&file.bytes).is_err() {
-        return Err(Error::input("this is no machine file")
-            .in_file(&args.surrogate)
-            .help("an input deck is written of a machine file in TOML"));
-    }
     let machine = file.machine(&sets)?;
     let condition = args.condition.condition(&machine)?;
     let model = MeshedMachine::new(machine, args.cells)?;
     let state = model.steady(&condition)?;
+    if args.to == To::Glb {
+        let glb = Glb::new(&model, &condition, &state).map_err(|e| e.in_file(&args.surrogate))?;
+        let [low, high] = glb.range;
+        let remark = format!("{} parts, {} triangles, {low:.2} to {high:.2} degC", glb.parts, glb.triangles);
+        return write_of_machine(args, out, "glb", &glb.bytes, &remark, Vec::new());
+    }
     let deck = InputDeck::new(&model, &condition, &state)?;
-    let path = args.folder().join(format!("{}.inp", args.file_name()?));
-    atomic_file::write(&path, deck.text.as_bytes())?;
     let remark = format!("{} nodes, {} elements", deck.nodes, deck.elements);
-    let mut text = format!("wrote {} ({} bytes), {remark}\n", path.display(), deck.text.len());
-    for point in &deck.points {
+    write_of_machine(args, out, "inp", deck.text.as_bytes(), &remark, deck.points)
+}
+
+/// Writes the file of a machine, and says so.
+fn write_of_machine(args: &Args, out: Output, ending: &str, content: &[u8], remark: &str, points: Vec<DeckPoint>) -> Result<u8> {
+    let path = args.folder().join(format!("{}.{ending}", args.file_name()?));
+    atomic_file::write(&path, content)?;
+    let mut text = format!("wrote {} ({} bytes), {remark}\n", path.display(), content.len());
+    for point in &points {
         text += &format!("  node {}: {}\n", point.node, point.sensor);
     }
-    let written = vec![WrittenFile { path, bytes: deck.text.len(), remark: Some(remark) }];
-    out.report(&text, &Record { target: CALCULIX, written, points: deck.points });
+    let written = vec![WrittenFile { path, bytes: content.len(), remark: Some(remark.into()) }];
+    out.report(&text, &Record { target: args.to.to_string(), written, points });
     Ok(0)
 }
 
@@ -222,11 +216,12 @@ fn machine_alone(args: &Args) -> Result<()> {
 
 /// Refuses a second machine file.
 fn no_machine(args: &Args) -> Result<()> {
-    let twice = |_| Err(Error::input("an input deck is written of the machine file alone").at_key("--machine").help("leave it out"));
+    let twice =
+        |_| Err(Error::input(format!("'{}' is written of the machine file alone", args.to)).at_key("--machine").help("leave it out"));
     args.machine.as_ref().map_or(Ok(()), twice)
 }
 
-/// Refuses a condition: only an input deck has one.
+/// Refuses a condition: only what is written of a machine has one.
 fn no_condition(args: &Args) -> Result<()> {
     let condition = args.condition.values()?.first().map(|(name, _)| format!("--{}", name.replace('_', "-")));
     condition.map_or(Ok(()), |option| Err(of_machines(args, &option)))
@@ -235,7 +230,7 @@ fn no_condition(args: &Args) -> Result<()> {
 fn of_machines(args: &Args, option: &str) -> Error {
     Error::input(format!("this option is for machine files, and '{}' is written of none", args.to))
         .at_key(option)
-        .help("leave it out, or write --to calculix of a machine file; --machine, --cells and --set go with --to html too")
+        .help("leave it out, or write --to calculix or glb of a machine file; --machine, --cells and --set go with --to html too")
 }
 
 impl Args {
@@ -258,13 +253,4 @@ impl Args {
     fn folder(&self) -> &Path {
         self.out.as_deref().or(self.surrogate.parent()).unwrap_or(Path::new(""))
     }
-}
-
-fn target(asked: &str) -> Result<Target> {
-    if let Some(target) = Target::ALL.into_iter().find(|target| target.key() == asked) {
-        return Ok(target);
-    }
-    let others = TABLES.iter().map(|form| form.key).chain([CALCULIX]);
-    let built = Target::ALL.map(Target::key).into_iter().chain(others).collect::<Vec<_>>().join(", ");
-    Err(Error::input("there is no such target").at_key("--to").read(asked).help(format!("what is built: {built}")))
 }

@@ -1,10 +1,44 @@
-//! Parts of `--help`, completions and manual pages beside the options themselves: examples, and headings of groups of
-//! options.
+//! Parts of `--help`, completions and manual pages beside the options themselves: groups of commands, examples, and
+//! headings of groups of options. `-h` is short: options of daily use, a line each; `--help` says everything.
 
+use clap::builder::styling::Styles;
 use clap::{Arg, Command, CommandFactory};
+
+use super::kinds::KINDS;
 use coldplate_base::condition::{AMBIENT_TEMPERATURE, COOLANT_FLOW, COOLANT_TEMPERATURE, MOTOR_SPEED};
 
-/// Commands as a user would type them in the project's folder; each is tried by a test, in this order.
+/// Commands by what one wants to do, in the order of the work.
+const GROUPS: &[(&str, &[&str])] = &[
+    ("A machine", &["new", "check", "solve", "simulate", "sensitivity", "reduce"]),
+    ("Many conditions, and a surrogate of them", &["run", "sweep", "import", "fit"]),
+    ("Answers", &["query", "chart", "serve", "export"]),
+    ("Beside measurements", &["predict", "identify", "diagnose", "update"]),
+    ("To look up, and to set up", &["info", "units", "materials", "schema", "completions", "man"]),
+];
+
+/// Statuses with which every command ends.
+const STATUSES: &[(&str, &str)] = &[
+    ("0", "done (query: acceptable)"),
+    ("1", "query: not acceptable"),
+    ("2", "bad input, with file, line, key and remedy"),
+    ("3", "query: uncertain"),
+    ("4", "the numerics failed"),
+];
+
+/// Variables of the environment that the program heeds.
+const ENVIRONMENT: &[(&str, &str)] = &[
+    ("COLUMNS", "width of tables and paragraphs (default: that of the terminal; 120 for tables where there is none)"),
+    ("NO_COLOR", "no colours on a terminal"),
+];
+
+/// Headings of options that `-h` leaves out: they are rarely needed.
+const RARE: &[&str] = &["Search", "Service", "Going on", "Parts"];
+
+/// Most characters of an option's line in `-h`, beyond which the line ends at its first remark. Chosen: a line beside the
+/// longest option.
+const SHORT: usize = 60;
+
+/// Commands as a user would type them in the project's folder; each is tried by a test, in the order of the groups.
 pub const EXAMPLES: &[(&str, &[&str])] = &[
     ("run", &["coldplate run examples/tutorial/sweep.toml --out out/tutorial"]),
     ("check", &["coldplate check examples/tutorial/machine.toml", "coldplate check examples/tutorial/machine.toml --rise \"1 K\""]),
@@ -65,6 +99,7 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
             "coldplate export out/tutorial/surrogate.cps --to c99 --out out/embed --name cooling",
             "coldplate export out/tutorial/surrogate.cps --to c99 --single --out out/embed --name cooling_single",
             "coldplate export machines/rig.toml --to calculix --motor-speed \"2500 rpm\" --out out/deck",
+            "coldplate export machines/rig.toml --to glb --motor-speed \"2500 rpm\" --out out/model",
         ],
     ),
     (
@@ -156,6 +191,7 @@ const HEADINGS: &[(&str, &[&str])] = &[
             "vtu",
             "hottest",
             "report",
+            "pdf",
             "surrogate",
             "results",
             "top",
@@ -175,16 +211,66 @@ const HEADINGS: &[(&str, &[&str])] = &[
     ),
 ];
 
-/// The whole command line: options under their headings, examples below them.
+/// The whole command line: commands in groups, options under their headings, examples below them.
 pub fn command() -> Command {
-    super::Cli::command().mut_subcommands(|sub| {
+    let all = super::Cli::command();
+    let styles = Styles::styled();
+    let heading = |text: &str| format!("{0}{text}:{0:#}", styles.get_header());
+    let name =
+        |text: &str, width: usize| format!("  {0}{text}{0:#}{1}", styles.get_literal(), " ".repeat(width.saturating_sub(text.len())));
+    let list = |entries: &[(&str, String)]| -> String {
+        let width = entries.iter().map(|(entry, _)| entry.len()).max().unwrap_or(0);
+        entries.iter().map(|(entry, about)| format!("\n{}  {about}", name(entry, width))).collect()
+    };
+    let about = |name: &str| all.find_subcommand(name).and_then(Command::get_about).map_or_else(String::new, ToString::to_string);
+    let width = all.get_subcommands().map(|sub| sub.get_name().len()).max().unwrap_or(0);
+    let group = |(title, commands): &(&str, &[&str])| {
+        let lines: String = commands.iter().map(|own| format!("\n{}  {}", name(own, width), about(own))).collect();
+        format!("{}{lines}", heading(title))
+    };
+    let groups = GROUPS.iter().map(group).collect::<Vec<_>>().join("\n\n");
+    let kinds: Vec<(&str, String)> = (KINDS.iter())
+        .map(|kind| {
+            let plain = kind.name.trim_start_matches("a ").trim_start_matches("the ");
+            (plain, format!("{} ({}): {}", kind.holds, kind.ending, kind.commands.join(", ")))
+        })
+        .collect();
+    let pairs = |pairs: &[(&'static str, &str)]| pairs.iter().map(|(key, text)| (*key, text.to_string())).collect::<Vec<_>>();
+    let short = "`coldplate COMMAND -h` lists the options of a command; `--help` says everything, with examples.";
+    let long = format!(
+        "{short}\n\n{}{}\n\n{}{}\n\n{}{}",
+        heading("Files"),
+        list(&kinds),
+        heading("Exit status"),
+        list(&pairs(STATUSES)),
+        heading("Environment"),
+        list(&pairs(ENVIRONMENT))
+    );
+    // In this order: purpose, usage, groups of commands, options.
+    let template =
+        format!("{{about-with-newline}}\n{{usage-heading}} {{usage}}\n\n{{before-help}}{}\n{{options}}{{after-help}}", heading("Options"));
+    let all = all.help_template(template).before_help(groups).after_help(short).after_long_help(long);
+    all.mut_subcommands(|sub| {
         let name = sub.get_name().to_string();
-        let sub = sub.mut_args(|arg| under_heading(&name, arg));
+        let sub = sub.mut_args(|arg| shortened(under_heading(&name, arg)));
         let Some((_, examples)) = EXAMPLES.iter().find(|(command, _)| *command == name) else { return sub };
         let before = sub.get_after_help().map_or(String::new(), |text| format!("{text}\n\n"));
         let lines: String = examples.iter().map(|line| format!("\n  {line}")).collect();
-        sub.after_help(format!("{before}Examples:{lines}"))
+        let first = examples.first().map_or_else(String::new, |line| format!("Example:\n  {line}"));
+        sub.after_help(first).after_long_help(format!("{before}Examples:{lines}"))
     })
+}
+
+/// An option whose line in `-h` ends at its first remark; rare ones stand in `--help` alone.
+fn shortened(arg: Arg) -> Arg {
+    let is_rare = arg.get_help_heading().is_some_and(|heading| RARE.contains(&heading));
+    let arg = arg.hide_short_help(is_rare);
+    let Some(text) = arg.get_help().map(ToString::to_string).filter(|text| text.chars().count() > SHORT) else { return arg };
+    let end = ["; ", ": ", " (", ", for example", ", such as"].iter().filter_map(|mark| text.find(mark)).filter(|at| *at > 0).min();
+    let Some(end) = end else { return arg };
+    let short = text[..end].to_string();
+    let long = arg.get_long_help().map_or(text, ToString::to_string);
+    arg.help(short).long_help(long)
 }
 
 fn under_heading(command: &str, arg: Arg) -> Arg {
@@ -201,6 +287,20 @@ fn under_heading(command: &str, arg: Arg) -> Arg {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn every_command_stands_in_one_group() {
+        let commands: Vec<String> =
+            command().get_subcommands().map(|sub| sub.get_name().to_string()).filter(|name| name != "help").collect();
+        let grouped: Vec<&str> = GROUPS.iter().flat_map(|(_, commands)| commands.iter().copied()).collect();
+        assert_eq!(grouped.len(), commands.len());
+        for name in &commands {
+            assert!(grouped.contains(&name.as_str()), "{name} stands in no group");
+        }
+        for kind in KINDS {
+            assert!(kind.commands.iter().all(|own| grouped.contains(own)), "{kind:?}");
+        }
+    }
 
     #[test]
     fn every_command_has_examples_and_every_option_a_heading() {

@@ -13,7 +13,9 @@ use coldplate_interchange::foreign::{self, UnitOf};
 use coldplate_interchange::vtu_series::{self, Conditions, NamePattern, PointOf, ReadAt};
 use coldplate_tables::Table;
 
-/// Results of a study in COMSOL, Ansys Workbench, optiSLang or Dakota, any CSV, or a series of VTU files, as a table with units
+/// Results of a study in another program, as a table with units
+///
+/// The study is one in COMSOL, Ansys Workbench, optiSLang or Dakota, any CSV, or a series of VTU files.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Table of the other program; or VTU files, one for each condition, or their folder

@@ -11,7 +11,9 @@ use coldplate_jobs::info::{
     TableInfo,
 };
 
-/// Content of a file: a surrogate, a reduced model, a machine, a sweep, its journal, or a table
+/// Content of any file of the program
+///
+/// A surrogate, a reduced model, a machine, a sweep, its journal, or a table.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Surrogate (.cps), reduced model (.cpr), machine or sweep file (.toml), journal, or table (.csv, .parquet)

@@ -10,7 +10,9 @@ use super::output::Output;
 use coldplate_base::atomic_file;
 use coldplate_base::error::{Error, Result};
 
-/// Manual pages: that of the program on standard output, or one for each command as files
+/// Manual pages
+///
+/// The page of the program on standard output, or one page for each command as files.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Write coldplate.1 and coldplate-COMMAND.1 for every command into this folder
@@ -32,7 +34,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     };
     let Some(folder) = &args.out else {
         let text = page(&command)?;
-        out.report(&text, &json!({ "page": text }));
+        out.verbatim(&text, &json!({ "page": text }));
         return Ok(0);
     };
     std::fs::create_dir_all(folder).map_err(|e| Error::file("make", folder, e).at_key("--out"))?;

@@ -6,7 +6,7 @@ use coldplate_base::error::{Error, Result};
 use coldplate_base::numbers::compact;
 use coldplate_describe::machine::{Catalogue, LiquidRecord, MaterialRecord, PropertyRecord};
 
-/// Materials of parts and liquids of circuits that machine files may name, with properties, ranges and sources
+/// Materials and liquids that machine files may name
 ///
 /// One of your own: [material.NAME] with conductivity, density, specific_heat; base = "steel" takes the rest from there.
 #[derive(Debug, clap::Args)]

@@ -15,7 +15,7 @@ pub struct MeshArgs {
     /// About how many cells (default: the machine file's own)
     #[arg(long, value_name = "N")]
     pub cells: Option<usize>,
-    /// Instead of --cells: choose cells for an error below this in every reading
+    /// Choose cells for an error below this in every reading, instead of --cells
     #[arg(id = "mesh_accuracy", long = "accuracy", value_name = "KELVIN", allow_hyphen_values = true, conflicts_with = "cells")]
     accuracy: Option<String>,
 }

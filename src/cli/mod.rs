@@ -2,6 +2,7 @@
 
 mod chart;
 mod check;
+mod colour;
 mod completions;
 mod condition;
 mod diagnose;
@@ -14,6 +15,7 @@ mod identify;
 mod import;
 mod info;
 mod interrupt;
+mod kinds;
 mod man;
 mod materials;
 mod measured;
@@ -31,9 +33,11 @@ mod serve;
 mod simulate;
 mod solve;
 mod sweep;
+mod target;
 mod text;
 mod units;
 mod update;
+mod window;
 
 use std::process::ExitCode;
 
@@ -45,9 +49,6 @@ use output::Output;
 /// Temperatures of a water-cooled machine in vacuum: solve, sweep, fit, chart, query.
 #[derive(Debug, Parser)]
 #[command(name = "coldplate", version, propagate_version = true, arg_required_else_help = true)]
-#[command(
-    after_help = "Exit status: 0 done (query: acceptable); 1 query: not acceptable; 2 bad input; 3 query: uncertain; 4 the numerics failed."
-)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -67,54 +68,29 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Everything: sweep, fit, charts, surrogate, report
-    Run(run::Args),
-    /// Inventory of a machine file: parts, contacts with true areas and hA, channels, sources; warnings
-    Check(check::Args),
-    /// Steady temperatures at one condition
-    Solve(solve::Args),
-    /// A reduced model: any condition of the ranges in milliseconds, with a bound on every reading
-    Reduce(reduce::Args),
-    /// Derivatives of readings with respect to conditions and numbers of the machine file
-    Sensitivity(sensitivity::Args),
-    /// Temperatures over time, through a schedule of conditions
-    Simulate(simulate::Args),
-    /// Design of experiments: run every condition of a sweep file, or as many as its accuracy needs, resuming what is there
-    Sweep(sweep::Args),
-    /// A surrogate from any table of conditions and outputs
-    Fit(fit::Args),
-    /// Results of a study in another program as a table with units
-    Import(import::Args),
-    /// Parameters of a machine file from measured data
-    Identify(identify::Args),
-    /// A machine beside measured data: prediction, residual, RMSE per test and sensor
-    Predict(predict::Args),
-    /// Errors of the simulation against measured data, their causes, and how much better the machine gets without
-    /// them
-    Diagnose(diagnose::Args),
-    /// Figures: from chart definitions, a surrogate file, or a folder of results
-    Chart(chart::Args),
-    /// Temperatures, verdict and margins from a surrogate file
-    Query(query::Args),
-    /// Answers over HTTP: surrogates for other programs, and as pages
-    Serve(serve::Args),
-    /// New readings into the parameters of a surrogate file
-    Update(update::Args),
-    /// A surrogate as source text in another language
-    Export(export::Args),
-    /// A commented machine file to start from, and a sweep over it
     New(new::Args),
-    /// Units that values may carry
-    Units(units::Args),
-    /// Materials and liquids that machine files may name
-    Materials(materials::Args),
-    /// Content of a file: a surrogate, a machine, a sweep, its journal, or a table
+    Check(check::Args),
+    Solve(solve::Args),
+    Simulate(simulate::Args),
+    Sensitivity(sensitivity::Args),
+    Reduce(reduce::Args),
+    Run(run::Args),
+    Sweep(sweep::Args),
+    Import(import::Args),
+    Fit(fit::Args),
+    Query(query::Args),
+    Chart(chart::Args),
+    Serve(serve::Args),
+    Export(export::Args),
+    Predict(predict::Args),
+    Identify(identify::Args),
+    Diagnose(diagnose::Args),
+    Update(update::Args),
     Info(info::Args),
-    /// JSON Schema of machine files, for editors
+    Units(units::Args),
+    Materials(materials::Args),
     Schema(schema::Args),
-    /// Completions for a shell
     Completions(completions::Args),
-    /// Manual pages
     Man(man::Args),
 }
 
@@ -137,7 +113,8 @@ pub fn main() -> ExitCode {
     match whole(|| roles::keep_apart(&matches).and_then(|()| run(&cli.command, out))) {
         Ok(status) => ExitCode::from(status),
         Err(error) => {
-            eprintln!("error: {error}");
+            let error = kinds::explained(error, &matches);
+            output::say(&format!("error: {error}"));
             ExitCode::from(error.exit_status())
         }
     }

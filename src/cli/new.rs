@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use clap::builder::PossibleValuesParser;
 use serde_json::json;
 
 use super::output::Output;
@@ -13,14 +14,16 @@ use coldplate_describe::machine::Machine;
 use coldplate_describe::machine::starters::{STARTERS, starter, sweep};
 use coldplate_evidence::command_input::must_be_new;
 
-/// A commented machine file to start from, and a sweep over it; both are complete: they check, solve and run as they are
+/// A commented machine file to start from, and a sweep over it
+///
+/// Both are complete: they check, solve and run as they are.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Name of the machine, or of its file: "motor" makes motor.toml and motor_sweep.toml; nothing is written over
     #[arg(value_name = "NAME", default_value = "machine")]
     name: PathBuf,
-    /// Machine to start from; --list shows the choice
-    #[arg(long, value_name = "STARTER", default_value = "cold_plate")]
+    /// Machine to start from; --list says what each shows
+    #[arg(long, value_name = "STARTER", default_value = "cold_plate", value_parser = starters())]
     from: String,
     /// Leave the sweep out
     #[arg(long)]
@@ -28,6 +31,11 @@ pub struct Args {
     /// List the machines to start from, and write nothing
     #[arg(long)]
     list: bool,
+}
+
+/// Names of the starters, for completions.
+fn starters() -> PossibleValuesParser {
+    PossibleValuesParser::new(STARTERS.iter().map(|starter| starter.name))
 }
 
 /// Runs the command.

@@ -10,6 +10,9 @@ use std::time::Duration;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 
+use super::colour::coloured;
+use super::text::folded;
+use super::window;
 use coldplate_base::atomic_file;
 use coldplate_base::error::{Error, Result};
 use coldplate_base::progress::Progress;
@@ -42,9 +45,18 @@ pub fn check_page(path: &Path) -> Result<()> {
 }
 
 impl Output {
-    /// The result: `text` for a reader, or `record` as JSON if that was asked for. A closed pipe is no error. If the
-    /// result cannot be written otherwise, the program ends with status 2, because 0 would say that all is well.
+    /// The result: `text` for a reader, in lines that fit the window and with the colours of a terminal, or `record` as JSON
+    /// if that was asked for. A closed pipe is no error. If the result cannot be written otherwise, the program ends with
+    /// status 2, because 0 would say that all is well.
     pub fn report(self, text: &str, record: &impl Serialize) {
+        let fitted = window::stated().map(|width| folded(text, width));
+        let text = fitted.as_deref().unwrap_or(text);
+        let coloured = window::shows_colours(&std::io::stdout()).then(|| coloured(text));
+        self.verbatim(coloured.as_deref().unwrap_or(text), record);
+    }
+
+    /// The result as [`Output::report`] gives it, but with `text` for another program: to the letter.
+    pub fn verbatim(self, text: &str, record: &impl Serialize) {
         let mut stdout = std::io::stdout().lock();
         let written = match self.json.then(|| serde_json::to_value(record)) {
             Some(Ok(json)) => writeln!(stdout, "{json:#}"),
@@ -70,7 +82,7 @@ impl Output {
     /// A remark on standard error, unless quiet.
     pub fn note(self, text: &str) {
         if !self.quiet {
-            eprintln!("{text}");
+            say(text);
         }
     }
 
@@ -99,13 +111,19 @@ impl Output {
     }
 }
 
+/// A message on standard error, with the colours of a terminal.
+pub fn say(text: &str) {
+    let coloured = window::shows_colours(&std::io::stderr()).then(|| coloured(text));
+    eprintln!("{}", coloured.as_deref().unwrap_or(text));
+}
+
 /// Whether standard output is still open; a closed pipe is not. Any other failure ends the program.
 fn is_open(written: std::io::Result<()>) -> bool {
     match written {
         Ok(()) => true,
         Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => false,
         Err(error) => {
-            eprintln!("error: the result cannot be written to standard output: {error}");
+            say(&format!("error: the result cannot be written to standard output: {error}"));
             std::process::exit(2);
         }
     }

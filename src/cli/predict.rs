@@ -14,7 +14,9 @@ use coldplate_evidence::faulty_readings::{self, Fault};
 use coldplate_evidence::residuals::{PredictRecord, PredictedReadings, ResidualSpread};
 use coldplate_solve::study::Study;
 
-/// A machine beside measured data: prediction, residual, RMSE per test and per sensor; nothing is fitted or judged
+/// A machine beside measured data: residual and RMSE
+///
+/// Prediction, residual and RMSE of each test and sensor; nothing is fitted or judged.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Machine file

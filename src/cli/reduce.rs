@@ -16,7 +16,9 @@ use coldplate_jobs::reduced::{MadeRecord, ranges};
 use coldplate_reduce::{Made, ReduceSettings, ReducedModel, reduce};
 use coldplate_solve::study::Study;
 
-/// A reduced model: any condition of the ranges in milliseconds, with a bound on every reading
+/// A reduced model: any condition in milliseconds, with a bound
+///
+/// Any condition of the ranges is then solved in milliseconds, with a bound on every reading.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "`coldplate solve MODEL.cpr` answers from it.")]
 pub struct Args {

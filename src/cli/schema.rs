@@ -41,7 +41,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     }
     let Some(name) = &args.markdown else {
         let schema = SCHEMA.to_json_schema();
-        out.report(&format!("{schema:#}"), &schema);
+        out.verbatim(&format!("{schema:#}"), &schema);
         return Ok(0);
     };
     let table = SCHEMA.table(name).ok_or_else(|| {
@@ -50,6 +50,6 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         Error::input(format!("there is no table '{name}'")).at_key("--markdown").help(format!("{near}known: {}", known.join(", ")))
     })?;
     let text = table.to_markdown();
-    out.report(&text, &serde_json::json!({ "table": name, "markdown": text }));
+    out.verbatim(&text, &serde_json::json!({ "table": name, "markdown": text }));
     Ok(0)
 }

@@ -16,7 +16,7 @@ use coldplate_jobs::{FileKind, open};
 use coldplate_solve::sensitivity::{DerivativeTable, Derivatives, UNEVEN};
 use coldplate_solve::study::{MachineParameter, ParameterKind, Study};
 
-/// Derivatives of readings with respect to conditions and numbers of the machine file
+/// Derivatives of readings by conditions and by numbers of the file
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Machine file, or a reduced model of one

@@ -19,7 +19,7 @@ use coldplate_jobs::service::{Book, read};
 use coldplate_surrogate::verdict::question::{BatchQuestion, BatchRecord, Question, ReplyRecord};
 use coldplate_surrogate::verdict::stream::AnswerForm;
 
-/// Answers over HTTP: surrogates for other programs, and as pages
+/// Answers over HTTP, for other programs and as pages
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Ends at Ctrl-C or SIGTERM, after the requests under way have been answered. Reads the files anew at SIGHUP.")]
 pub struct Args {

@@ -8,7 +8,7 @@ use coldplate_base::error::{Error, Result};
 use coldplate_base::numbers::compact;
 use coldplate_base::units::{KnownQuantity, KnownUnit, quantities, symbols};
 
-/// Units that values may carry: every symbol, and every quantity with an example
+/// Units that values may carry
 ///
 /// Symbols are put together with spaces, slashes, brackets and powers: "W/(m2 K)", "kg m2", "J/kg/K", "m^3/s".
 #[derive(Debug, clap::Args)]

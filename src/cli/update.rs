@@ -23,7 +23,9 @@ use coldplate_tables::{Ledger, Table};
 /// Standard deviation of a reading, unless it is stated. Chosen: a usual temperature sensor.
 const USUAL_NOISE: &str = "0.1 K";
 
-/// New readings into the parameters of a surrogate file, so that its answers follow the machine
+/// New readings into the parameters of a surrogate file
+///
+/// The answers then follow the machine.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status: 0 done; 1 the readings leave the model, and nothing was written; 2 bad input.")]
 pub struct Args {

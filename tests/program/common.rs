@@ -46,11 +46,15 @@ pub fn scratch(name: &str) -> PathBuf {
     coldplate_testing::scratch(env!("CARGO_TARGET_TMPDIR"), name)
 }
 
+/// The folder in which `scripts/clients` installs programs.
+pub fn cache() -> Option<PathBuf> {
+    let cache = std::env::var_os("XDG_CACHE_HOME").map(PathBuf::from);
+    cache.or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".cache")))
+}
+
 /// The Python that `scripts/clients` installs, where it has these modules.
 pub fn python(modules: &str) -> Option<PathBuf> {
-    let cache = std::env::var_os("XDG_CACHE_HOME").map(PathBuf::from);
-    let cache = cache.or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".cache")))?;
-    let python = cache.join("coldplate/clients/bin/python3");
+    let python = cache()?.join("coldplate/clients/bin/python3");
     let has = Command::new(&python).arg("-c").arg(format!("import {modules}")).output();
     has.is_ok_and(|output| output.status.success()).then_some(python)
 }

@@ -1,4 +1,4 @@
-//! The wheel of crates/python: built, installed beside the clients' packages, and put to its own tests.
+//! The wheel of crates/python: built, installed in an environment of its own, and its program and package put to their tests.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -13,11 +13,17 @@ fn python() -> Option<PathBuf> {
     has.is_ok_and(|output| output.status.success()).then_some(python)
 }
 
-fn succeeds(command: &mut Command) {
+/// Standard output of a command that ends with success; both outputs are shown.
+fn printed(command: &mut Command) -> String {
     let output = command.output().unwrap();
-    let text = [String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr)].concat();
-    println!("{text}");
+    let [out, err] = [&output.stdout, &output.stderr].map(|text| String::from_utf8_lossy(text).into_owned());
+    println!("{out}{err}");
     assert!(output.status.success(), "{command:?}");
+    out
+}
+
+fn succeeds(command: &mut Command) {
+    printed(command);
 }
 
 #[test]
@@ -40,10 +46,20 @@ fn the_wheel_is_built_and_passes_its_tests() {
     let wheels = std::fs::read_dir(root.join("target/wheels")).unwrap().map(|f| f.unwrap().path());
     let wheels: Vec<PathBuf> = wheels.filter(|path| path.extension().is_some_and(|e| e == "whl")).collect();
     assert_eq!(wheels.len(), 1, "{wheels:?}");
-    let install = ["-m", "pip", "install", "-q", "--disable-pip-version-check", "--no-deps", "--target"];
-    succeeds(Command::new(&python).args(install).arg(&place).arg(&wheels[0]));
+    succeeds(Command::new(&python).args(["-m", "venv", "--without-pip"]).arg(&place));
+    let own_python = place.join("bin/python3");
+    let install = ["-q", "--disable-pip-version-check", "install", "--no-deps"];
+    succeeds(Command::new(&python).args(["-m", "pip", "--python"]).arg(&own_python).args(install).arg(&wheels[0]));
+    let program = place.join("bin/coldplate");
+    assert_eq!(printed(Command::new(&program).arg("--version")).trim(), concat!("coldplate ", env!("CARGO_PKG_VERSION")));
+    let mut query = Command::new(&program);
+    query.args(["query", "crates/runtime/fixtures/uncertain.cps", "--coolant-flow", "8 L/min"]);
+    query.args(["--coolant-temperature", "20 degC", "--ambient-temperature", "21 degC"]);
+    assert!(printed(query.current_dir(root)).contains("\nAcceptable: "));
+    // numpy and what else the tests ask for stand beside the clients' Python.
+    let packages = printed(Command::new(&own_python).args(["-c", "import sysconfig; print(sysconfig.get_path('platlib'))"]));
     let mut tests = Command::new(&python);
     tests.args(["-m", "pytest", "-q", "-p", "no:cacheprovider", "--durations=5", "crates/python/tests"]);
-    tests.env("PYTHONPATH", &place).env("PYTHONDONTWRITEBYTECODE", "1").env("COLDPLATE", env!("CARGO_BIN_EXE_coldplate"));
+    tests.env("PYTHONPATH", packages.trim()).env("PYTHONDONTWRITEBYTECODE", "1").env("COLDPLATE", &program);
     succeeds(tests.current_dir(root));
 }

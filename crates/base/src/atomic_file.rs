@@ -67,10 +67,11 @@ pub fn replace(path: &Path, write: impl FnOnce(&Path) -> Result<()>) -> Result<(
             stream.flush()?;
             return fs::remove_file(&temporary);
         }
+        // Windows puts on the disk only what is open for writing, so this comes before permissions that may forbid it.
+        File::options().write(true).open(&temporary)?.sync_all()?;
         if let Some(existing) = &existing {
             fs::set_permissions(&temporary, existing.permissions())?;
         }
-        File::open(&temporary)?.sync_all()?;
         fs::rename(&temporary, &target)
     };
     let outcome = write(&temporary).and_then(|()| put().map_err(|e| failed("write", e)));

@@ -63,12 +63,16 @@ struct Inner {
     help: Option<String>,
     stop: Option<Stop>,
     source: Option<Arc<std::io::Error>>,
+    others: Vec<Error>,
 }
+
+/// Every field of an error but its source.
+type Told<'a> = (Kind, Option<Stop>, &'a str, &'a Location, Option<&'a String>, Option<&'a String>, &'a [Error]);
 
 impl Inner {
     /// Every field but the source, which cannot be compared; the text of the source is part of `what`.
-    fn told(&self) -> (Kind, Option<Stop>, &str, &Location, Option<&String>, Option<&String>) {
-        (self.kind, self.stop, &self.what, &self.location, self.value.as_ref(), self.help.as_ref())
+    fn told(&self) -> Told<'_> {
+        (self.kind, self.stop, &self.what, &self.location, self.value.as_ref(), self.help.as_ref(), &self.others)
     }
 }
 
@@ -102,7 +106,16 @@ impl Error {
     }
 
     fn new(kind: Kind, what: impl Into<String>) -> Self {
-        let inner = Inner { kind, what: what.into(), location: Location::default(), value: None, help: None, stop: None, source: None };
+        let inner = Inner {
+            kind,
+            what: what.into(),
+            location: Location::default(),
+            value: None,
+            help: None,
+            stop: None,
+            source: None,
+            others: Vec::new(),
+        };
         Self { inner: Box::new(inner) }
     }
 
@@ -156,6 +169,28 @@ impl Error {
         self
     }
 
+    /// Adds faults that were found beside this one, each with its own place; a fault at a place that has one is left out.
+    #[must_use]
+    pub fn and(mut self, others: impl IntoIterator<Item = Self>) -> Self {
+        for mut other in others {
+            let further = std::mem::take(&mut other.inner.others);
+            for fault in std::iter::once(other).chain(further) {
+                if self.inner.others.len() == MOST_OTHERS {
+                    return self;
+                }
+                if fault.location() != self.location() && self.others().iter().all(|known| known.location() != fault.location()) {
+                    self.inner.others.push(fault);
+                }
+            }
+        }
+        self
+    }
+
+    /// Faults that were found beside this one.
+    pub fn others(&self) -> &[Self] {
+        &self.inner.others
+    }
+
     /// The kind of failure.
     pub fn kind(&self) -> Kind {
         self.inner.kind
@@ -193,6 +228,10 @@ impl Error {
 /// Longest sentence of a message, in characters. Chosen: long enough for every message of the program, short enough for
 /// a terminal.
 const LONGEST_TEXT: usize = 2000;
+/// Most faults that are kept beside the first, count. Chosen: a file of garbage has one on every line.
+const MOST_OTHERS: usize = 1000;
+/// Longest text about faults beside the first, in bytes. Chosen: a screen of a terminal.
+const LONGEST_OTHERS: usize = 2500;
 /// Longest key or value that a message repeats, in characters. Chosen: a whole line of a megabyte would hide the
 /// message.
 const LONGEST_VALUE: usize = 300;
@@ -207,7 +246,7 @@ fn cut(text: &str, most: usize) -> Cow<'_, str> {
 
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Inner { what, location, value, help, .. } = &*self.inner;
+        let Inner { what, location, value, help, others, .. } = &*self.inner;
         write!(f, "{}", cut(what, LONGEST_TEXT))?;
         let mut place = Vec::new();
         if let Some(file) = &location.file {
@@ -230,7 +269,55 @@ impl fmt::Display for Error {
         if let Some(help) = help {
             write!(f, "\n help: {}", cut(help, LONGEST_TEXT))?;
         }
-        Ok(())
+        let mut room = LONGEST_OTHERS;
+        let mut others = others.iter().map(|other| format!("\nerror: {other}")).peekable();
+        while let Some(other) = others.next_if(|other| other.len() <= room) {
+            room -= other.len();
+            write!(f, "{other}")?;
+        }
+        match others.count() {
+            0 => Ok(()),
+            more => write!(f, "\nerror: {more} more, shown once these are mended"),
+        }
+    }
+}
+
+/// Faults of steps that do not need each other: all of them are found before the first ends the work.
+///
+/// ```
+/// use coldplate_base::error::{Error, Faults};
+/// let mut faults = Faults::default();
+/// let read: Option<f64> = faults.take(Err(Error::input("no number").at_key("flow")));
+/// assert!(read.is_none() && faults.take(Ok(1.0)) == Some(1.0));
+/// faults.take::<()>(Err(Error::input("no text").at_key("name")));
+/// assert_eq!(faults.end().unwrap_err().others().len(), 1);
+/// ```
+#[derive(Debug, Default)]
+pub struct Faults {
+    found: Option<Error>,
+}
+
+impl Faults {
+    /// The result of a step, or `None` with its fault noted.
+    pub fn take<T>(&mut self, step: Result<T>) -> Option<T> {
+        match step {
+            Ok(value) => Some(value),
+            Err(error) => {
+                self.found = Some(match self.found.take() {
+                    Some(first) => first.and([error]),
+                    None => error,
+                });
+                None
+            }
+        }
+    }
+
+    /// Ends the work if a step failed.
+    ///
+    /// # Errors
+    /// The fault of the first step that failed, with those of the others.
+    pub fn end(self) -> Result<()> {
+        self.found.map_or(Ok(()), Err)
     }
 }
 
@@ -238,6 +325,16 @@ impl std::error::Error for Error {
     fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
         self.inner.source.as_deref().map(|source| source as _)
     }
+}
+
+/// The results of steps that do not need each other.
+///
+/// # Errors
+/// The fault of the first step that failed, with those of the others.
+pub fn all<T>(steps: impl IntoIterator<Item = Result<T>>) -> Result<Vec<T>> {
+    let mut faults = Faults::default();
+    let results = steps.into_iter().filter_map(|step| faults.take(step)).collect();
+    faults.end().map(|()| results)
 }
 
 /// The name among `known` that `name` was most likely meant to be, if any is close enough.
@@ -266,6 +363,18 @@ mod tests {
         let error = Error::input(long.clone()).in_file("a.toml").at_line(3).at_key(long.clone()).read(&long).help(long);
         let shown = error.to_string();
         assert!(shown.len() < 10_000 && shown.contains("a.toml:3") && shown.contains("(2000000 bytes)"), "{}", shown.len());
+    }
+
+    #[test]
+    fn faults_beside_the_first_are_told_once_each() {
+        let at = |line: usize| Error::input(format!("fault {line}")).in_file("a.toml").at_line(line);
+        let error = at(1).and([at(2), at(1), at(3).and([at(2), at(4)])]);
+        assert_eq!(error.others().iter().map(|e| e.location().line).collect::<Vec<_>>(), [Some(2), Some(3), Some(4)]);
+        let shown = error.to_string();
+        assert_eq!(shown.matches("error: fault").count(), 3, "{shown}");
+        let many = at(1).and((2..=400).map(at)).to_string();
+        let shown = many.matches("error: fault").count();
+        assert!(many.len() < 3000 && shown > 20 && many.ends_with(&format!("{} more, shown once these are mended", 399 - shown)), "{many}");
     }
 
     #[test]

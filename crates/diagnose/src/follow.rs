@@ -87,6 +87,7 @@ struct Projected {
 }
 
 /// An instant at which laws are looked at: a moment of the history, or one between it and the next.
+#[derive(Clone)]
 struct Instant {
     time: f64,
     condition: Condition,
@@ -100,8 +101,29 @@ struct Instant {
 enum Weight<'a> {
     /// By a law of the condition.
     Law(Law),
-    /// By a course: its value at every row of the data, straight between the rows of a test.
-    Course(&'a [f64]),
+    /// By a course.
+    Course(Along<'a>),
+}
+
+/// A factor that runs through logs.
+#[derive(Clone, Copy)]
+pub(crate) struct Along<'a> {
+    /// Value of the factor at every row of the data.
+    pub values: &'a [f64],
+    /// Whether it stays until the next row of its test instead of running straight to it.
+    pub is_held: bool,
+}
+
+impl<'a> Along<'a> {
+    /// One that runs straight between rows.
+    pub fn straight(values: &'a [f64]) -> Self {
+        Self { values, is_held: false }
+    }
+
+    /// Whether it jumps from a row to the next.
+    fn jumps(&self, row: usize, next: usize) -> bool {
+        self.is_held && self.values[row] != self.values[next]
+    }
 }
 
 impl Follower<'_> {
@@ -133,14 +155,14 @@ impl Follower<'_> {
         Ok(Followed { columns, slopes: rows(0..uncertain.len()), conditions: rows(uncertain.len()..along.len()) })
     }
 
-    /// Change of every reading (K) per unit of hypotheses along courses, each given by the place of its hypothesis and a factor at every row of
-    /// the data; `None` for what acts on no node. Courses turn at every `stride`-th row.
+    /// Change of every reading (K) per unit of hypotheses along courses, each given by the place of its hypothesis and its factor; `None` for
+    /// what acts on no node. Courses turn at every `stride`-th row, and those that are held jump where they change.
     ///
     /// # Errors
     /// A derivative cannot be taken.
-    pub fn along(&self, hypotheses: &[Hypothesis], courses: &[(usize, &[f64])], stride: usize) -> Result<Vec<Option<Vec<f64>>>> {
+    pub fn along(&self, hypotheses: &[Hypothesis], courses: &[(usize, Along<'_>)], stride: usize) -> Result<Vec<Option<Vec<f64>>>> {
         let derivatives = EffectDerivatives::new(self.study, hypotheses, self.user);
-        let of = |(h, _): &(usize, &[f64])| derivatives.position(&hypotheses[*h]).unwrap_or(usize::MAX);
+        let of = |(h, _): &(usize, Along<'_>)| derivatives.position(&hypotheses[*h]).unwrap_or(usize::MAX);
         let wanted: Vec<(usize, Weight<'_>)> = courses.iter().map(|own| (of(own), Weight::Course(own.1))).collect();
         self.columns(&derivatives, &[], &wanted, |test| RowsOfTest::new(self.data, test).turns(stride))
     }
@@ -189,7 +211,8 @@ impl Follower<'_> {
         for (t, test) in data.tests().iter().enumerate() {
             let acting = |moment: &Moment| self.acting(moment, derivatives, variations);
             let acting: Vec<Acting> = self.linear.histories[t].par_iter().map(acting).collect::<Result<_>>()?;
-            let instants = instants(&self.linear.histories[t], &turns(test));
+            let jumps = jumps(&RowsOfTest::new(data, test), wanted);
+            let instants = with_jumps(&self.linear.histories[t], turns(test), &jumps);
             for (column, found) in columns.iter_mut().zip(self.of_test(t, test, &instants, &acting, wanted)) {
                 let Some(found) = found.map(|found| self.shown(found)) else { continue };
                 let column = column.get_or_insert_with(|| vec![0.0; data.count()]);
@@ -275,7 +298,13 @@ impl Follower<'_> {
         let within: Vec<(usize, f64)> = instants.iter().map(|instant| between(&times, instant.time)).collect();
         let factor = |weight: &Weight<'_>, i: usize| match weight {
             Weight::Law(law) => self.scales.factor(*law, &instants[i].condition),
-            Weight::Course(values) => {
+            Weight::Course(Along { values, is_held: true }) => {
+                let (row, _) = within[i];
+                // The first of two instants at one time is before the jump.
+                let is_before = instants.get(i + 1).is_some_and(|next| next.time == instants[i].time && times[row] == next.time);
+                values[rows[row - usize::from(is_before && row > 0)]]
+            }
+            Weight::Course(Along { values, is_held: false }) => {
                 let (row, share) = within[i];
                 let next = rows[(row + 1).min(rows.len() - 1)];
                 values[rows[row]] * (1.0 - share) + values[next] * share
@@ -318,7 +347,7 @@ impl Follower<'_> {
                     let direct = of(nearest[*row], d).map_or(0.0, |d| d.direct[*k]);
                     let at_row = match weight {
                         Weight::Law(law) => self.scales.factor(law, &data.rows[rows[*row]].condition),
-                        Weight::Course(values) => values[rows[*row]],
+                        Weight::Course(own) => own.values[rows[*row]],
                     };
                     (*i, values[row * data.sensors.len() + k] + direct * at_row)
                 };
@@ -328,6 +357,18 @@ impl Follower<'_> {
         };
         wanted.par_chunks(TOGETHER).flat_map(followed).collect()
     }
+}
+
+/// Times of one test at which held courses jump, s.
+fn jumps(rows: &RowsOfTest, wanted: &[(usize, Weight<'_>)]) -> Vec<f64> {
+    let mut all = Vec::new();
+    for (pair, time) in rows.rows.windows(2).zip(rows.times.iter().skip(1)) {
+        let jumps = |(_, weight): &(usize, Weight<'_>)| matches!(weight, Weight::Course(own) if own.jumps(pair[0], pair[1]));
+        if wanted.iter().any(jumps) {
+            all.push(*time);
+        }
+    }
+    all
 }
 
 /// The rows of one test.
@@ -392,6 +433,21 @@ fn instants(moments: &[Moment], turns: &[f64]) -> Vec<Instant> {
         let condition = before.condition.si().iter().zip(after.condition.si()).map(|(a, b)| a + share * (b - a)).collect();
         let place = found.partition_point(|i| i.time <= *time);
         found.insert(place, Instant { time: *time, condition: Condition::from_si(condition), moment: later - 1, share });
+    }
+    found
+}
+
+/// Instants as [`instants`] has them, with times of jumps twice each, before and after.
+fn with_jumps(moments: &[Moment], mut turns: Vec<f64>, jumps: &[f64]) -> Vec<Instant> {
+    let new: Vec<f64> = jumps.iter().filter(|time| !turns.contains(time)).copied().collect();
+    turns.extend(new);
+    let mut found = instants(moments, &turns);
+    for time in jumps {
+        let first = found.partition_point(|i| i.time < *time);
+        let alike = found[first..].iter().take_while(|i| i.time == *time).count();
+        if alike == 1 {
+            found.insert(first, found[first].clone());
+        }
     }
     found
 }

@@ -138,7 +138,8 @@ pub fn plan(problem: &Problem, progress: &dyn Progress) -> Result<Plan> {
     let detection = Detection {
         columns: &columns,
         errors: &errors,
-        looseness: Looseness { wandering: 0.0, ..problem.settings.usual },
+        // Instruments as they are stated.
+        looseness: Looseness { wandering: 0.0, noise: 1.0, ..problem.settings.usual },
         seen: (2.0 * (odds + among)).sqrt() + NINE_OF_TEN,
         apart: (2.0 * odds).sqrt() + NINE_OF_TEN,
     };

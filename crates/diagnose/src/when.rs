@@ -32,6 +32,8 @@ pub(crate) struct Added {
     pub declared: &'static str,
     /// Its value in every row, SI.
     pub values: Vec<f64>,
+    /// Whether it stays until the next row of a log instead of running straight to it.
+    pub is_held: bool,
 }
 
 impl Added {
@@ -51,13 +53,18 @@ impl Added {
     }
 
     fn new(name: impl Into<String>, declared: &'static str, values: Vec<f64>) -> Self {
-        Self { name: name.into(), declared, values }
+        Self { name: name.into(), declared, values, is_held: false }
     }
 
     /// Data whose conditions have some variables, with all of those that a machine has: what is added, and 0 where nothing is.
     pub fn fill(mut data: Data, given: &[DescribedVariable], all: &[DescribedVariable], added: &[Self]) -> Data {
         let before: Vec<Option<usize>> = all.iter().map(|v| given.iter().position(|own| own.name == v.name)).collect();
         let values: Vec<Option<&Self>> = all.iter().map(|v| added.iter().find(|added| added.name == v.name)).collect();
+        let held = |(before, added): (&Option<usize>, &Option<&Self>)| match before {
+            Some(v) => data.held.get(*v).copied().unwrap_or(false),
+            None => added.is_some_and(|added| added.is_held),
+        };
+        data.held = before.iter().zip(&values).map(held).collect();
         for (r, row) in data.rows.iter_mut().enumerate() {
             let si = row.condition.si();
             let value = |(before, added): (&Option<usize>, &Option<&Self>)| match before {

@@ -4,7 +4,8 @@ use coldplate_runtime::{Kernel, LimitKind, Origin, Scale, Surrogate, Transform};
 
 use crate::content::{Content, InTime, Terms};
 
-pub(crate) fn write(surrogate: &Surrogate<'_>, content: &Content) -> String {
+/// The object; `followed` is the JSON of how the answers follow variables that were held.
+pub(crate) fn write(surrogate: &Surrogate<'_>, content: &Content, followed: Option<&str>) -> String {
     let mut members = vec![member("format", text("coldplate surrogate"))];
     members.extend(facts(surrogate).into_iter().map(|(key, value)| member(key, value)));
     members.extend([
@@ -46,6 +47,7 @@ pub(crate) fn write(surrogate: &Surrogate<'_>, content: &Content) -> String {
         ),
     ]);
     members.extend(uncertainty(surrogate, content).map(|own| member("uncertainty", own)));
+    members.extend(followed.map(|own| member("followed", own.into())));
     members.extend(content.in_time.as_ref().map(|own| member("in_time", in_time(own, content.variables.len()))));
     members.push(member(
         "self_tests",

@@ -117,13 +117,22 @@ impl std::fmt::Display for ExportError {
 
 impl std::error::Error for ExportError {}
 
-/// The page of [`Target::Html`] with the machine in three dimensions: `scene` is the JSON of its shape and field.
+/// Data of a page that a surrogate file alone does not give, each as JSON.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Beside<'a> {
+    /// Shape and field of the machine, for its picture in three dimensions.
+    pub scene: Option<&'a str>,
+    /// How the answers follow variables that were held.
+    pub followed: Option<&'a str>,
+}
+
+/// The page of [`Target::Html`] with what stands `beside` the surrogate.
 ///
 /// # Errors
 /// The name has no letter or digit for an identifier.
-pub fn page(surrogate: &Surrogate<'_>, scene: &str, name: &str) -> Result<Vec<File>, ExportError> {
+pub fn page(surrogate: &Surrogate<'_>, beside: &Beside<'_>, name: &str) -> Result<Vec<File>, ExportError> {
     let identifier = name::identifier(name).ok_or_else(|| ExportError::Name(name.into()))?;
-    Ok(html::write(surrogate, &Content::of(surrogate), Some(scene), &identifier))
+    Ok(html::write(surrogate, &Content::of(surrogate), beside, &identifier))
 }
 
 /// The files of a target. Identifiers and file names begin with `name`, in which everything but letters, digits and
@@ -136,11 +145,11 @@ pub fn export(surrogate: &Surrogate<'_>, target: Target, name: &str) -> Result<V
     let identifier = name::identifier(name).ok_or_else(|| ExportError::Name(name.into()))?;
     let content = Content::of(surrogate);
     let mut files = match target {
-        Target::Json => vec![File::new(format!("{identifier}.json"), json::write(surrogate, &content).into_bytes())],
+        Target::Json => vec![File::new(format!("{identifier}.json"), json::write(surrogate, &content, None).into_bytes())],
         Target::C99 => c99::write(&content, &identifier),
         Target::C99Single => c99::write_single(surrogate, &content, &identifier)?,
         Target::Octave => octave::write(&content, &identifier),
-        Target::Html => html::write(surrogate, &content, None, &identifier),
+        Target::Html => html::write(surrogate, &content, &Beside::default(), &identifier),
         Target::Onnx => onnx::write(surrogate, &content, &identifier),
         Target::St => st::write(&content, &identifier),
         Target::Modelica => modelica::write(&content, &identifier),

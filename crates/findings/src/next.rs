@@ -7,6 +7,9 @@ use serde::Serialize;
 use coldplate_base::numbers::significant;
 use coldplate_describe::machine::{Condition, Machine};
 use coldplate_diagnose::{Costs, Expected, Next, Problem, Trial};
+use coldplate_figures::report::{Align, ReportTable, TableCell};
+
+use super::capital;
 
 /// The variables of a condition that the machine file has, by name, as values with their units.
 pub(super) fn by_name(problem: &Problem, condition: &Condition) -> BTreeMap<String, String> {
@@ -17,38 +20,91 @@ pub(super) fn by_name(problem: &Problem, condition: &Condition) -> BTreeMap<Stri
 
 /// A test as one would ask for it, with the sensor it needs.
 pub fn in_words(problem: &Problem, next: &Next) -> String {
-    let sensor = next.sensor.as_ref().map_or(String::new(), |s| match s.entry {
-        Some(_) => format!(", with a new thermometer at: {}", s.name),
-        None => format!(", with the sensor {} read too", s.name),
-    });
-    format!("{}{sensor}", trial_in_words(problem, next))
+    let (from, at) = (
+        if matches!(next.trial, Trial::Heater { .. } | Trial::Step { .. }) { " from the steady state" } else { "" },
+        condition_in_words(problem, next),
+    );
+    format!("{}{from} at {at}{}", trial_in_words(problem, next), sensor_in_words(next).map_or(String::new(), |s| format!(", with {s}")))
+}
+
+/// Condition of a test.
+fn condition_in_words(problem: &Problem, next: &Next) -> String {
+    next.condition.words_of(&problem.study.model.machine, |v| problem.states(&v.name))
+}
+
+/// Sensor that a test needs, if the readings lack it.
+fn sensor_in_words(next: &Next) -> Option<String> {
+    next.sensor.as_ref().map(|s| match s.entry {
+        Some(_) => format!("a new thermometer at: {}", s.name),
+        None => format!("the sensor {} read too", s.name),
+    })
+}
+
+/// Probability now, and as it is expected after a test.
+fn chances_in_words(c: &Expected) -> String {
+    let share = |p: f64| if p < 1e-3 { "below 0.1 %".to_string() } else { format!("{} %", significant(100.0 * p, 2)) };
+    format!("{} -> {}", share(c.before), share(c.after))
+}
+
+/// Uncertainty of predictions now, and as it is expected after a test, K.
+fn open_in_words(c: &Expected) -> String {
+    format!("{} -> {}", significant(c.before, 2), significant(c.after, 2))
 }
 
 /// Expected gain of a test, and its cost, in words.
 pub fn worth_in_words(next: &Next, costs: &Costs) -> String {
-    let share = |p: f64| if p < 1e-3 { "below 0.1 %".to_string() } else { format!("{} %", significant(100.0 * p, 2)) };
-    let percent = |c: &Expected| format!("{} -> {}", share(c.before), share(c.after));
     let (worth, cost) = (&next.worth, significant(next.cost, 3));
-    let prediction = format!("{} -> {} K", significant(worth.prediction.before, 2), significant(worth.prediction.after, 2));
-    let verdict = worth.wrong_verdict.as_ref().map_or(String::new(), |c| format!(", a wrong verdict {}", percent(c)));
-    let name = percent(&worth.wrong_name);
-    format!("a wrong name {name}, what is open in predictions {prediction}{verdict}; costs {cost} {}", costs.unit)
+    let prediction = open_in_words(&worth.prediction);
+    let verdict = worth.wrong_verdict.as_ref().map_or(String::new(), |c| format!(", a wrong verdict {}", chances_in_words(c)));
+    let name = chances_in_words(&worth.wrong_name);
+    format!("a wrong name {name}, what is open in predictions {prediction} K{verdict}; costs {cost} {}", costs.unit)
 }
 
+/// Tests worth making, the best first.
+pub(super) fn table(problem: &Problem, next: &[Next]) -> ReportTable {
+    let text = |words: String| TableCell::from(words);
+    let mut head = vec![
+        ("test", Align::Left),
+        ("at", Align::Left),
+        ("besides", Align::Left),
+        ("apart [σ]", Align::Right),
+        ("wrong name", Align::Right),
+        ("predictions open [K]", Align::Right),
+    ];
+    let has_verdict = next.iter().any(|n| n.worth.wrong_verdict.is_some());
+    head.extend(has_verdict.then_some(("wrong verdict", Align::Right)));
+    let cost = format!("cost [{}]", problem.costs.unit);
+    head.push((cost.as_str(), Align::Right));
+    let mut table = ReportTable::new(head);
+    for n in next {
+        let mut cells = vec![
+            text(capital(&trial_in_words(problem, n))),
+            text(condition_in_words(problem, n)),
+            text(sensor_in_words(n).unwrap_or_else(|| "–".into())),
+            TableCell::number(n.mean, 1),
+            text(chances_in_words(&n.worth.wrong_name)),
+            text(open_in_words(&n.worth.prediction)),
+        ];
+        let verdict = |c: &Expected| text(chances_in_words(c));
+        cells.extend(has_verdict.then(|| n.worth.wrong_verdict.as_ref().map_or_else(|| text("–".into()), verdict)));
+        cells.push(text(significant(n.cost, 3)));
+        table.row(cells);
+    }
+    table
+}
+
+/// Action of a test, without its condition.
 fn trial_in_words(problem: &Problem, next: &Next) -> String {
-    let machine = &problem.study.model.machine;
-    let at = next.condition.words_of(machine, |v| problem.states(&v.name));
     match &next.trial {
-        Trial::Steady => format!("a steady test at {at}"),
-        Trial::Pressure(pascal) => format!("a steady test with {} Pa in the chamber at {at}", significant(*pascal, 3)),
-        Trial::Heater { part, watts, seconds } => format!(
-            "a heater of {} W at {part}, on for {} min, followed for 2 h from the steady state at {at}",
-            significant(*watts, 3),
-            significant(*seconds / 60.0, 3)
-        ),
+        Trial::Steady => "a steady test".into(),
+        Trial::Pressure(pascal) => format!("a steady test with {} Pa in the chamber", significant(*pascal, 3)),
+        Trial::Heater { part, watts, seconds } => {
+            let minutes = significant(*seconds / 60.0, 3);
+            format!("a heater of {} W at {part}, on for {minutes} min, followed for 2 h", significant(*watts, 3))
+        }
         Trial::Step { variable, to } => {
-            let v = &machine.variables[*variable];
-            format!("a step of {} to {}, followed for 2 h from the steady state at {at}", v.name.replace('_', " "), v.with_unit(*to, 4))
+            let v = &problem.study.model.machine.variables[*variable];
+            format!("a step of {} to {}, followed for 2 h", v.name.replace('_', " "), v.with_unit(*to, 4))
         }
     }
 }

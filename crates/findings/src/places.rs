@@ -53,8 +53,12 @@ pub struct PlaceSetRecord {
     /// Heat in every part, new in every row, in logs wandering with the time, beside it: standard deviation as a share of the machine's mean
     /// heat.
     pub disturbance: f64,
+    /// Further error of each condition, new in every row of a table, beside it: standard deviation as a multiple of what is stated.
+    pub conditions: f64,
     /// Error of each sensor of a log that wanders with the time, beside what is stated: standard deviation, K.
     pub wandering: f64,
+    /// Noise of readings and biases of sensors beside it, as multiples of what is stated.
+    pub noise: f64,
     /// Readings, rows and sensors that it calls grossly wrong.
     pub set_aside: Vec<AsideRecord>,
 }
@@ -186,7 +190,9 @@ pub fn record(found: &Findings<'_>) -> PlacesRecord {
         standard_error: set.kept_out.1,
         numbers: set.looseness.spread,
         disturbance: set.looseness.disturbance,
+        conditions: set.looseness.conditions,
         wandering: set.looseness.wandering,
+        noise: set.looseness.noise,
         set_aside: set.aside.iter().map(|own| aside_record(found.problem, own)).collect(),
     });
     PlacesRecord {

@@ -164,8 +164,12 @@ pub struct DiscrepancyRecord {
     pub numbers: f64,
     /// Heat in every part, new in every row: standard deviation as a share of the machine's mean heat.
     pub disturbance: f64,
+    /// Further error of each condition, new in every row of a table: standard deviation as a multiple of what is stated.
+    pub conditions: f64,
     /// Error of each sensor of a log that wanders with the time: standard deviation, K.
     pub wandering_K: f64,
+    /// Noise of readings and biases of sensors, as multiples of what is stated.
+    pub noise: f64,
 }
 
 /// Gain on conditions that the search did not see.
@@ -325,7 +329,7 @@ impl GainRecord {
 
 impl RungRecord {
     fn of(found: &Findings<'_>, rung: &Rung) -> Self {
-        let Looseness { spread, disturbance, wandering } = rung.left;
+        let Looseness { spread, disturbance, conditions, wandering, noise } = rung.left;
         Self {
             causes: rung.causes.iter().map(RungCauseRecord::of).collect(),
             refitted: rung.refitted.iter().map(RungCauseRecord::of).collect(),
@@ -334,7 +338,7 @@ impl RungRecord {
             left_K: rung.rms,
             where_left: rung.where_left.as_ref().map(|left| left.sensor.clone()),
             where_left_share: rung.where_left.as_ref().map(|left| left.share),
-            discrepancy: DiscrepancyRecord { numbers: spread, disturbance, wandering_K: wandering },
+            discrepancy: DiscrepancyRecord { numbers: spread, disturbance, conditions, wandering_K: wandering, noise },
             gain: rung.gain.as_ref().map(|gain| GainRecord::of(found, gain)),
             not_in_extended_machine: rung.left_out.as_ref().map_or_else(Vec::new, |own| own.causes.clone()),
             text: format!("{}; {}", ladder::words(rung), ladder::left(rung)),

@@ -350,11 +350,7 @@ fn next(section: &mut ReportSection, found: &Findings<'_>) {
         "Ranked by how much less probable each makes a wrong name, for its cost. How far a test sets the open explanations apart is counted in \
          standard deviations of what would be read; 4 and more decide. What it would settle is a mean over what it may show.",
     );
-    let costs = &found.problem.costs;
-    section.list(next.iter().map(|n| {
-        let worth = next::worth_in_words(n, costs);
-        format!("{}: {:.1} standard deviations apart; {worth}", capital(&next::in_words(found.problem, n)), n.mean)
-    }));
+    section.table(next::table(found.problem, next));
 }
 
 fn extended(section: &mut ReportSection, found: &Findings<'_>) {

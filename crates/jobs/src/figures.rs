@@ -176,18 +176,21 @@ pub fn slices(surrogate: &Surrogate<'_>, variable: usize, x: &[f64], points: &[u
     }
     let unit = surrogate.points().next().map_or("degC", |p| p.unit).to_string();
     let title = format!("Temperatures against {}", quantity(surrogate, variable).name.replace('_', " "));
-    let shaded = match (surrogate.uncertainty(), surrogate.mesh_half_width(0)) {
-        (Some(_), Some(_)) => "band that holds the machine's temperature with 95 %: fit, mesh, parameters, what the model misses",
-        (Some(_), None) => "band that holds the machine's temperature with 95 %: fit, parameters, what the model misses",
-        (None, Some(_)) => "band that covers 95 % of new conditions: fit and mesh",
-        (None, None) => "band that covers 95 % of new conditions",
+    let (band_of, band) = match (surrogate.uncertainty(), surrogate.mesh_half_width(0)) {
+        (Some(_), Some(_)) => {
+            ("machine", "band that holds the machine's temperature with 95 %: fit, mesh, parameters, what the model misses")
+        }
+        (Some(_), None) => ("machine", "band that holds the machine's temperature with 95 %: fit, parameters, what the model misses"),
+        (None, Some(_)) => ("fit and mesh", "band that covers 95 % of new conditions: fit and mesh"),
+        (None, None) => ("fit", "band that covers 95 % of new conditions"),
     };
-    let notes = vec![format!("Lines: surrogate; shaded: {shaded}.")];
+    let notes = vec![format!("Lines: surrogate; shaded, or as bars if they overlap: {band}.")];
     let whole = OneFactorFigure {
         title,
         x: quantity(surrogate, variable),
         y: Quantity::new("temperature", &unit),
         curves,
+        band_of: band_of.into(),
         fixed: held(surrogate, x, &[variable]),
         notes,
     };
@@ -236,6 +239,7 @@ pub fn one_factor(table: &Table, variable: &str, degree: usize, title: &str) -> 
         x: Quantity::new(&x.name, &x.unit),
         y: Quantity::new("temperature", unit),
         curves,
+        band_of: "fit".into(),
         fixed,
         notes: vec![format!("Markers: simulated; lines: polynomial of degree {degree}; shaded: its 95 % prediction band.")],
     }))
@@ -296,10 +300,15 @@ pub(crate) fn worst_point(surrogate: &Surrogate<'_>, comparison: &TableCompariso
     (0..surrogate.point_count()).rev().max_by(|a, b| error(*a).total_cmp(&error(*b)))
 }
 
-/// Provenance of a surrogate in a line: program and machine file.
+/// Provenance of a surrogate in a line: program, and the beginning of the hash of the machine file.
 pub fn provenance(surrogate: &Surrogate<'_>) -> String {
     let shown = surrogate.provenance().filter(|(k, _)| ["program", MACHINE_HASH].contains(k));
-    shown.map(|(k, v)| format!("{k} {v}")).collect::<Vec<_>>().join("; ")
+    shown.map(|(k, v)| format!("{k} {}", if k == MACHINE_HASH { short_hash(v) } else { v })).collect::<Vec<_>>().join("; ")
+}
+
+/// Beginning of a hash, enough to tell files apart on a page.
+pub(crate) fn short_hash(hash: &str) -> &str {
+    hash.get(..12).unwrap_or(hash)
 }
 
 /// Predicted against found for one point; `None` without a condition to compare at.

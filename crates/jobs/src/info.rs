@@ -7,7 +7,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::fitting::model_text;
-use super::open::{FileKind, open};
+use super::open::{DocumentKind, FileKind, open};
 use coldplate_base::document::Document;
 use coldplate_base::error::{Error, Result};
 use coldplate_base::units::express;
@@ -383,14 +383,16 @@ fn table_info(table: &Table) -> TableInfo {
 
 /// A TOML file: a sweep names its machine and its conditions, a chart its figure; anything else is meant as a machine.
 fn document(document: &Document) -> Result<Info> {
-    let root = document.root();
-    if root.has("figure") {
-        return Err(Error::input("this defines a chart").in_file(document.file()).help("`coldplate chart` draws it"));
-    }
-    if (root.has("machine") || root.has("solver")) && (root.has("design") || root.has("one_factor")) {
-        let definition = SweepDefinition::new(document.clone())?;
-        let scope = definition.scope(&[])?;
-        return Ok(Info::Sweep(sweep(&definition, &definition.plan(&scope.variables)?)?));
+    match DocumentKind::of(document) {
+        Some(DocumentKind::Chart) => {
+            return Err(Error::input("this defines a chart").in_file(document.file()).help("`coldplate chart` draws it"));
+        }
+        Some(DocumentKind::Sweep) => {
+            let definition = SweepDefinition::new(document.clone())?;
+            let scope = definition.scope(&[])?;
+            return Ok(Info::Sweep(sweep(&definition, &definition.plan(&scope.variables)?)?));
+        }
+        Some(DocumentKind::Machine) | None => {}
     }
     Ok(Info::Machine(machine(&Machine::from_document(document)?)?))
 }

@@ -21,6 +21,7 @@
 #![cfg_attr(not(test), warn(clippy::unwrap_used, clippy::panic))]
 
 pub mod adaptive;
+mod answer;
 pub mod charts;
 mod default_figures;
 pub mod designs;
@@ -28,11 +29,13 @@ pub mod drift_report;
 pub mod dynamics_fit;
 pub mod figures;
 pub mod fitting;
+pub mod followed;
 pub mod gallery;
 pub mod info;
 pub mod measured;
 pub mod one_machine;
 mod open;
+pub mod pdf;
 pub mod reduced;
 pub mod reduced_slopes;
 pub mod refit;
@@ -44,7 +47,8 @@ pub mod service;
 mod summary;
 pub mod surrogate_run;
 
+pub use answer::Answer;
 pub use default_figures::chart;
-pub use open::{FileKind, OpenFile, open};
+pub use open::{DocumentKind, FileKind, OpenFile, open};
 pub use run::run;
 pub use summary::{PointSummary, PrintedFormula, SURROGATE, Summary, TARGET};

@@ -137,7 +137,7 @@ pub fn one(study: &Study, measurement: &Measurement) -> Result<CheckedState> {
         .collect();
     // The condition as stated: variables the measurement does not mention keep their defaults unseen.
     let fixed = fixed(&model.machine, &measurement.condition);
-    let words: Vec<String> = fixed.iter().map(|(q, v)| format!("{} {}", q.name.replace('_', " "), q.with_value(*v))).collect();
+    let words: Vec<String> = fixed.iter().map(|(q, v)| q.named(*v)).collect();
     let sensors = rows
         .iter()
         .map(|row| SensorRow {

@@ -41,6 +41,30 @@ impl FileKind {
     }
 }
 
+/// Kind of a TOML file, by the tables at its head.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum DocumentKind {
+    /// Machine: it has parts or nodes.
+    Machine,
+    /// Sweep: it names a machine or another solver, and conditions.
+    Sweep,
+    /// Chart definition: it names a figure.
+    Chart,
+}
+
+impl DocumentKind {
+    /// Kind of a file; `None` if it has the tables of no kind.
+    pub fn of(document: &Document) -> Option<Self> {
+        let root = document.root();
+        match () {
+            () if root.has("figure") => Some(Self::Chart),
+            () if (root.has("machine") || root.has("solver")) && (root.has("design") || root.has("one_factor")) => Some(Self::Sweep),
+            () if root.has("part") || root.has("node") => Some(Self::Machine),
+            () => None,
+        }
+    }
+}
+
 /// A file that has been read.
 #[derive(Debug)]
 pub struct OpenFile {

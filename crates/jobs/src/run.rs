@@ -5,9 +5,10 @@ use std::rc::Rc;
 use std::time::Instant;
 
 use super::adaptive::{self, FinishedSweep};
+use super::answer::{self, Answer};
 use super::charts::Chart;
 use super::charts::results::{Results, SweepResult};
-use super::designs::{self, DesignTables, fit_designs, one_factor_tables};
+use super::designs::{self, DesignTables, FittedDesigns, fit_designs, one_factor_tables};
 use super::figures::{self, TableComparison};
 use super::fitting::{model_text, unit_of_errors};
 use super::gallery::{Gallery, file_name};
@@ -60,6 +61,7 @@ pub fn run<'a>(sweep: &Sweep, folder: &Path, options: SweepOptions<'a>, progress
         files.push(path);
     }
     let mut gallery = Gallery::new(&folder.join("charts"))?;
+    let answer = draw_answer(&mut gallery, sweep, fitted)?;
     let mut results = Results::new(folder.parent().unwrap_or(Path::new(".")), options, progress);
     results.insert(sweep.definition.document().file(), Rc::clone(&result));
     for chart in &named {
@@ -79,6 +81,7 @@ pub fn run<'a>(sweep: &Sweep, folder: &Path, options: SweepOptions<'a>, progress
         answered: swept.answered.clone(),
         adaptation,
         failures: swept.failures.clone(),
+        answer,
         known: MachineKnown::of(&checked),
         points,
         formulas,
@@ -102,6 +105,21 @@ pub fn run<'a>(sweep: &Sweep, folder: &Path, options: SweepOptions<'a>, progress
     summary.files = [vec![report], files, gallery.files()].concat();
     summary.seconds[2] = clock.elapsed().as_secs_f64();
     Ok(summary)
+}
+
+/// The answer of the sweep, with the machine and the map about its condition.
+fn draw_answer(gallery: &mut Gallery, sweep: &Sweep, fitted: Option<&FittedDesigns>) -> Result<Option<Answer>> {
+    let Some(fitted) = fitted else {
+        answer::draw_machine(gallery, sweep, None)?;
+        return Ok(None);
+    };
+    let surrogate = file::open(&fitted.bytes)?;
+    let found = Answer::of(&surrogate, &sweep.scope.variables)?;
+    answer::draw_machine(gallery, sweep, found.as_ref().map(|answer| (&surrogate, answer)))?;
+    if let Some(answer) = &found {
+        answer.draw_map(gallery, &surrogate)?;
+    }
+    Ok(found)
 }
 
 /// Measured states of the machine, and of the machines that the sweep compares with, beside their predictions.

@@ -2,12 +2,13 @@
 
 use std::path::Path;
 
-use coldplate_export::{Target, export};
+use coldplate_export::{Beside, page};
 use rayon::prelude::*;
 use self_cell::self_cell;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use super::followed::followed;
 use super::info::Info;
 use coldplate_base::error::{Error, Result};
 use coldplate_base::input;
@@ -46,7 +47,9 @@ impl Book {
         let stem = path.file_stem().unwrap_or_default().to_string_lossy();
         let plain = |c: char| if c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.') { c } else { '_' };
         let name: String = stem.chars().map(plain).collect();
-        let pages = export(opened.borrow_dependent(), Target::Html, &name)
+        let followed = followed(opened.borrow_owner()).map_err(|e| e.in_file(path))?;
+        let beside = Beside { scene: None, followed: followed.as_deref() };
+        let pages = page(opened.borrow_dependent(), &beside, &name)
             .map_err(|e| Error::input(e.to_string()).in_file(path).help("rename the file"))?;
         let page = pages.into_iter().next().map(|file| file.content).unwrap_or_default();
         let info = json(&Info::of_surrogate(opened.borrow_owner()).map_err(|e| e.in_file(path))?)?;

@@ -5,9 +5,11 @@ use std::path::PathBuf;
 use serde::Serialize;
 
 use super::adaptive::Adaptation;
+use super::answer::Answer;
 use super::measured::{CheckedReading, CheckedState};
 use coldplate_base::numbers::significant;
 use coldplate_explore::sweep::{FailedCondition, ReducedRows};
+use coldplate_surrogate::fit::one_factor::RESOLVED;
 
 /// Name of the surrogate in the output folder.
 pub const SURROGATE: &str = "surrogate.cps";
@@ -27,6 +29,8 @@ pub struct Summary {
     pub answered: Option<ReducedRows>,
     /// How the sweep came to the accuracy that the sweep file states, if it states one.
     pub adaptation: Option<Adaptation>,
+    /// How far one variable may go, if the machine has limits.
+    pub answer: Option<Answer>,
     /// How well the machine is known: its measured readings beside their predictions, if there are any.
     pub known: Option<MachineKnown>,
     /// One per measurement point of the surrogate; empty for sweeps of one factor at a time.
@@ -124,4 +128,37 @@ pub struct PrintedFormula {
     pub r_squared: f64,
     /// Root mean square of the residuals, K.
     pub rms: f64,
+}
+
+impl PrintedFormula {
+    /// The share of the variance that is explained; none for a constant, whose variance is rounding.
+    pub fn r_squared_in_words(&self) -> Option<String> {
+        self.text.contains('x').then(|| format!("{:.5}", self.r_squared))
+    }
+
+    /// The residuals, as finely as the formula is printed.
+    pub fn rms_in_words(&self) -> String {
+        if self.rms < RESOLVED { format!("< {RESOLVED}") } else { significant(self.rms, 2) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_constant_has_no_digits_of_rounding() {
+        let formula = |text: &str, r_squared: f64, rms: f64| PrintedFormula {
+            group: "table 9".into(),
+            variable: "motor_speed [rpm]".into(),
+            point: "plate".into(),
+            text: text.into(),
+            r_squared,
+            rms,
+        };
+        let constant = formula("y = 20.009", 0.896_04, 2.5e-14);
+        assert_eq!((constant.r_squared_in_words(), constant.rms_in_words()), (None, "< 0.001".to_string()));
+        let line = formula("y = 0.00607 x + 20.096", 0.999_991, 0.0123);
+        assert_eq!((line.r_squared_in_words().as_deref(), line.rms_in_words().as_str()), (Some("0.99999"), "0.012"));
+    }
 }

@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 
 use coldplate_base::units::{self, parse};
-use coldplate_export::{Target, export};
+use coldplate_export::{Beside, page};
+use coldplate_jobs::followed::followed;
 use coldplate_jobs::info::Info;
 use coldplate_jobs::service;
 use coldplate_runtime::format::MAX_STATES;
@@ -98,7 +99,9 @@ impl Surrogate {
 
     /// A page with sliders.
     fn page(&self, py: Python<'_>, name: &str) -> PyResult<String> {
-        let pages = export(self.opened(), Target::Html, name).map_err(|e| wrong(py, e.to_string()))?;
+        let followed = told(py, followed(self.file.borrow_owner()))?;
+        let beside = Beside { scene: None, followed: followed.as_deref() };
+        let pages = page(self.opened(), &beside, name).map_err(|e| wrong(py, e.to_string()))?;
         Ok(pages.into_iter().next().map(|page| String::from_utf8_lossy(&page.content).into_owned()).unwrap_or_default())
     }
 

@@ -8,7 +8,7 @@ import re
 import pytest
 
 
-@pytest.mark.parametrize("name", ["_surrogate", "_pipeline", "_table", "sklearn"])
+@pytest.mark.parametrize("name", ["_shown", "_surrogate", "_pipeline", "_table", "sklearn"])
 def test_docstrings(name):
     if name == "sklearn":
         pytest.importorskip("sklearn")
@@ -29,14 +29,21 @@ def test_page():
 def test_notebook():
     pytest.importorskip("nbclient")
     import nbformat
-    from nbclient import NotebookClient
+    import shipped_notebook as notebook
 
-    notebook = nbformat.read("examples/python/whole_way.ipynb", as_version=4)
-    nbformat.validate(notebook)
-    NotebookClient(notebook, timeout=120, resources={"metadata": {"path": "."}}).execute()
-    outputs = [output for cell in notebook.cells if cell.cell_type == "code" for output in cell.outputs]
-    kinds = {kind for output in outputs for kind in output.get("data", {})}
-    assert {"text/html", "image/svg+xml"} <= kinds, kinds
-    # The notebook is kept without outputs: what it shows depends on where it runs.
-    kept = nbformat.read("examples/python/whole_way.ipynb", as_version=4)
-    assert all(not cell.outputs for cell in kept.cells if cell.cell_type == "code")
+    now = list(notebook.outputs(notebook.run()))
+    assert {"text/html", "image/svg+xml"} <= {kind for _, kind, _ in now}
+    kept = list(notebook.outputs(nbformat.read(notebook.PATH, as_version=4)))
+    assert [own[:2] for own in kept] == [own[:2] for own in now], "scripts/notebook keeps what it shows now"
+    for (cell, kind, old), (_, _, new) in zip(kept, now):
+        assert notebook.is_same(old, new), f"cell {cell} shows other {kind}: scripts/notebook keeps what it shows now\n{old}\n{new}"
+
+
+def test_numbers_of_the_notebook_agree_to_the_digits_shown():
+    pytest.importorskip("nbclient")
+    import shipped_notebook as notebook
+
+    assert notebook.is_same("at 50.29 K, 3 of 8", "at 50.30 K, 3 of 8") and notebook.is_same("1.2e-5", "1.3e-5")
+    assert not notebook.is_same("at 50.29 K", "at 50.31 K")
+    assert not notebook.is_same("1.2e-5", "1.4e-5")
+    assert not notebook.is_same("3 conditions", "3 runs")

@@ -24,6 +24,8 @@ def machine(**set):
 def test_solve_is_the_command():
     state = machine().solve(motor_speed="2500 rpm", cells=150)
     assert state.heat_balance.relative < 1e-8 and "motor" in state._repr_html_()
+    # A terminal shows every sensor and limit, one a line.
+    assert [line.split()[0] for line in repr(state).splitlines() if line] == ["sensor", *state.sensors, "limit", *(own.name for own in state.limits)]
     if program := os.environ.get("COLDPLATE"):
         args = ["solve", FOLDER / "machine.toml", "--motor-speed", "2500 rpm", "--cells", "150", "--no-mesh-error", "--json"]
         terminal = json.loads(subprocess.run([program, *args], capture_output=True, text=True, check=True).stdout)
@@ -46,6 +48,7 @@ def test_simulate():
     seen = []
     history = machine().simulate(FOLDER / "warm_up.csv", cells=150, progress=lambda *word: seen.append(word))
     assert history._repr_svg_().startswith("<svg") or "<svg" in history._repr_svg_()
+    assert [line.split()[0] for line in repr(history).splitlines()] == ["sensor", *history.sensors]
     assert history.table.rows == len(history.table["time"]) and history.energy.relative < 1e-3
     assert seen and any(total for _, _, total in seen)
 
@@ -97,6 +100,7 @@ def test_readings_in_columns():
     found = machine().identify(kelvin, free=free, cells=150, instruments=FOLDER / "readings.toml")
     assert abs(found.parameters[free[0]].value - own.parameters[free[0]].value) < 0.1 * (own.parameters[free[0]].high - own.parameters[free[0]].low)
     diagnosed = machine().diagnose(columns, cells=150, instruments=FOLDER / "readings.toml")
+    assert repr(diagnosed).startswith(diagnosed.headline) and diagnosed.causes[0].text in repr(diagnosed)
     assert diagnosed.headline == machine().diagnose(FOLDER / "readings.csv", cells=150).headline
     with pytest.raises(InputError, match="motr"):
         machine().identify({"motr [degC]" if name == "motor [degC]" else name: v for name, v in columns.items()}, free=free, cells=150)

@@ -27,6 +27,9 @@ def test_bounds_hold_against_full_solves(model):
     x = conditions(model, 4)
     found = model.predict(x)
     assert found.inside.all() and (found.bounds > 0).all()
+    np.testing.assert_array_equal(found["motor"], found.values[:, model.sensors.index("motor")])
+    with pytest.raises(KeyError, match="there are motor"):
+        found["motr"]
     machine = Machine.read(FILE)
     for row, values, bounds in zip(x, found.values, found.bounds):
         given = {name: f"{value!r} {model.units[name]}" for name, value in zip(model.variables, row.tolist())}

@@ -132,6 +132,47 @@ pub fn ridge(u: &[f64]) -> f64 {
     (u[0] + 0.5 * u[1]).abs() + 0.3 * u[2] * u[3]
 }
 
+/// Ranges of the variables of [`borehole`].
+pub const BOREHOLE_RANGES: [(f64, f64); 8] = [
+    (0.05, 0.15),
+    (100.0, 50_000.0),
+    (63_070.0, 115_600.0),
+    (990.0, 1110.0),
+    (63.1, 116.0),
+    (700.0, 820.0),
+    (1120.0, 1680.0),
+    (9855.0, 12_045.0),
+];
+
+/// Flow through a borehole (Harper and Gupta 1983): smooth, so that Gaussians want long scales and large weights.
+pub fn borehole(x: &[f64]) -> f64 {
+    let (radius, influence, upper, upper_head, lower, lower_head, length, conductivity) = (x[0], x[1], x[2], x[3], x[4], x[5], x[6], x[7]);
+    let log = (influence / radius).ln();
+    2.0 * PI * upper * (upper_head - lower_head)
+        / (log * (1.0 + 2.0 * length * upper / (log * radius * radius * conductivity) + upper / lower))
+}
+
+/// Ranges of the variables of [`ishigami`].
+pub const ISHIGAMI_RANGES: [(f64, f64); 3] = [(-PI, PI); 3];
+
+/// Function of Ishigami and Homma (1990): smooth, but no polynomial of degree 6.
+pub fn ishigami(x: &[f64]) -> f64 {
+    x[0].sin() + 7.0 * x[1].sin().powi(2) + 0.1 * x[2].powi(4) * x[0].sin()
+}
+
+/// Ranges of the variables of [`piston`].
+pub const PISTON_RANGES: [(f64, f64); 7] =
+    [(30.0, 60.0), (0.005, 0.02), (0.002, 0.01), (1000.0, 5000.0), (90_000.0, 110_000.0), (290.0, 296.0), (340.0, 360.0)];
+
+/// Time of a piston's cycle in s (Kenett and Zacks 1998).
+pub fn piston(x: &[f64]) -> f64 {
+    let (mass, area, volume, spring, pressure, ambient, filling) = (x[0], x[1], x[2], x[3], x[4], x[5], x[6]);
+    let force = pressure * area + 19.62 * mass - spring * volume / area;
+    let gas = pressure * volume / filling * ambient;
+    let settled = area / (2.0 * spring) * ((force * force + 4.0 * spring * gas).sqrt() - force);
+    2.0 * PI * (mass / (spring + area * area * gas / (settled * settled))).sqrt()
+}
+
 /// Predicted minus true values of a point.
 pub fn errors(fit: &fit::SurrogateFit, point: usize, rows: &[Vec<f64>], f: &dyn Fn(&[f64]) -> f64) -> Vec<f64> {
     rows.iter().map(|x| fit::evaluate(&fit.surrogate, point, x).unwrap() - f(x)).collect()

@@ -21,7 +21,9 @@ use coldplate_findings::places;
 use coldplate_jobs::refit;
 use coldplate_solve::study::{StateTables, Study};
 
-/// Errors of the simulation against measured data: the cause by name, the extended machine and its gain
+/// Errors against measured data, their causes, a better machine
+///
+/// Errors of the simulation against measured data, their causes, and how much better the machine gets without them.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Machine file

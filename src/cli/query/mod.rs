@@ -21,7 +21,7 @@ use coldplate_surrogate::verdict::question::{Question, QuestionReply};
 use coldplate_surrogate::verdict::stream::{self, AnswerForm};
 use coldplate_surrogate::verdict::{Acceptability, Surrogate, outside_of_given, stated};
 
-/// Arguments of `coldplate query`.
+/// Temperatures, verdict and margins from a surrogate file
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status: 0 acceptable; 1 not acceptable; 2 bad input; 3 uncertain (too close to call, outside the \
                         fitted range, or no limits to judge by). With --csv: 0 if all are acceptable, 1 if any is not, else 3.")]

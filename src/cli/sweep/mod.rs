@@ -16,7 +16,9 @@ use coldplate_explore::sweep::{SweepOptions, Swept};
 use coldplate_jobs::adaptive::{self, Adaptation, FinishedSweep};
 use coldplate_jobs::designs;
 
-/// Design of experiments: run every condition of a sweep file, or as many as its accuracy needs, resuming what is there
+/// Design of experiments: the conditions of a sweep file
+///
+/// Every condition of the file, or as many as its accuracy needs; goes on from the conditions that are solved already.
 #[derive(Debug, clap::Args)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true, disable_help_subcommand = true)]
 #[command(subcommand_value_name = "merge", subcommand_help_heading = "Parts")]
@@ -204,7 +206,7 @@ struct WithRounds {
 }
 
 /// The rounds of an adaptive sweep, a line each, and the result.
-pub fn rounds(found: &Adaptation) -> String {
+fn rounds(found: &Adaptation) -> String {
     let lines: String = found.rounds.iter().map(|round| format!("{}\n", round.line())).collect();
     format!("{lines}{}\n\n", found.sentence())
 }

@@ -52,7 +52,7 @@ pub(super) fn list(typed: &Typed<'_>, retry_failed: bool, count: usize, out: Out
     };
     let commands: Vec<String> = Shard::all(count).map(command).collect();
     let text: String = commands.iter().map(|line| format!("{line}\n")).collect();
-    out.report(&text, &Commands { commands });
+    out.verbatim(&text, &Commands { commands });
     Ok(0)
 }
 

@@ -215,7 +215,7 @@ fn one_machine_and_the_heats_of_each_table() {
     let records = common::Records::read(tables::search::FOUND).unwrap();
     for free in &mut problem.free {
         let row = records.rows.iter().find(|row| row[0] == free.name()).unwrap();
-        let value = records.number(row, "value").unwrap().unwrap();
+        let value = records.number(row, "value [1]").unwrap().unwrap();
         assert!(free.bounds.0 <= value && value <= free.bounds.1, "{}: {value} within {:?}", free.name(), free.bounds);
         free.parameter.value = value;
     }

@@ -31,10 +31,15 @@ fn what_cannot_be_exported_is_said() {
     let surrogate = root().join("crates/runtime/fixtures/polynomial.cps");
     let surrogate = surrogate.to_str().unwrap();
     for (file, to, name, needles) in [
-        (surrogate, "calculix", "s", ["this is no machine file", "of a machine file in TOML"]),
-        (surrogate, "fortran", "s", ["there is no such target", "what is built: c99, fmu2, fmu3, html, json, modelica, octave, onnx, st"]),
+        (surrogate, "calculix", "s", ["this is a surrogate", "takes a machine file"]),
+        (
+            surrogate,
+            "fortran",
+            "s",
+            ["invalid value 'fortran'", "c99, fmu2, fmu3, html, json, modelica, octave, onnx, st, dakota, openturns, calculix"],
+        ),
         (surrogate, "c99", "-", ["no identifier", "--name surrogate"]),
-        ("machines/slab.toml", "c99", "s", ["this is not a surrogate file", "slab.toml"]),
+        ("machines/slab.toml", "c99", "s", ["takes a surrogate", "slab.toml"]),
     ] {
         let output = coldplate(&["export", file, "--to", to, "--name", name]);
         assert_eq!(status(&output), 2, "{to}");

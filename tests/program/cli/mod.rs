@@ -1,15 +1,18 @@
 //! The program as its users meet it: every shipped file through the binary, statuses, JSON, kill -9.
 
 mod export;
+mod glb;
 mod help;
 mod limits;
 mod mesh;
 mod pieces;
 mod progress;
+mod reading;
 mod start;
 
 mod info;
 mod refused;
+mod report;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -93,7 +96,11 @@ fn every_sweep_runs_to_a_report_and_its_surrogate_answers() {
         let name = sweep.file_stem().unwrap().to_str().unwrap().to_string();
         let folder = scratch(&format!("run-{name}"));
         let folder_text = folder.to_str().unwrap();
-        let ran = coldplate(&["run", sweep.to_str().unwrap(), "--cells", "1500", "--out", folder_text, "--json", "--quiet"]);
+        let is_main = name == "five_axis";
+        let mut words = vec!["run", sweep.to_str().unwrap(), "--cells", "1500", "--out", folder_text, "--json", "--quiet"];
+        let printed = is_main && report::can_print();
+        words.extend(printed.then_some("--pdf"));
+        let ran = coldplate(&words);
         assert_eq!(status(&ran), 0, "{name}: {}", message(&ran));
         let ran = json(&ran);
         assert_eq!(ran["failed"], 0, "{name}");
@@ -101,9 +108,13 @@ fn every_sweep_runs_to_a_report_and_its_surrogate_answers() {
             let size = std::fs::metadata(root().join(file.as_str().unwrap())).unwrap().len();
             assert!(size > 200, "{file} is empty");
         }
-        let report = std::fs::read_to_string(folder.join("report.html")).unwrap();
-        assert!(report.contains("<svg") && !report.contains("src=\"http"), "{name}: the report is not self-contained");
-        if name == "five_axis" {
+        let page = std::fs::read_to_string(folder.join("report.html")).unwrap();
+        assert!(page.contains("<svg") && !page.contains("src=\"http"), "{name}: the report is not self-contained");
+        if printed {
+            report::is_printed_well(&folder);
+        }
+        if is_main {
+            report::leads_with_the_answer(&folder, &ran);
             main_surrogate_answers(&folder);
         }
     }

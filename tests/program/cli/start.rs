@@ -46,7 +46,7 @@ fn starters_check_solve_and_run_and_are_never_written_over() {
     assert!(!half.exists());
     assert_eq!(status(&coldplate(&["new", half.to_str().unwrap(), "--no-sweep"])), 0);
     let unknown = coldplate(&["new", "x", "--from", "spindel"]);
-    assert!(status(&unknown) == 2 && message(&unknown).contains("did you mean 'spindle'"), "{}", message(&unknown));
+    assert!(status(&unknown) == 2 && message(&unknown).contains("a similar value exists: 'spindle'"), "{}", message(&unknown));
 }
 
 #[test]

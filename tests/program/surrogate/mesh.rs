@@ -110,7 +110,7 @@ fn answers_hold_the_error_of_the_mesh() {
     assert!((own["mesh"].as_f64().unwrap() - mesh).abs() < 1e-12, "{own}");
     assert!((own["half_width"].as_f64().unwrap() - fit.hypot(mesh)).abs() < 1e-9, "{own}");
     let report = std::fs::read_to_string(folder.0.join("out/report.html")).unwrap();
-    let first = &report[report.find("Summary").unwrap()..];
+    let first = &report[report.find("<main>").unwrap()..];
     let place = |words: &str| first.find(words).unwrap_or_else(|| panic!("{words}"));
     assert!(
         place("measured readings") < place("error of the mesh at most")

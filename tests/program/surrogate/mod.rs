@@ -3,6 +3,7 @@
 
 mod held;
 mod mesh;
+mod page;
 mod query;
 mod scene;
 mod stream;

@@ -82,7 +82,7 @@ impl Document {
         let file = file.as_ref().to_path_buf();
         let starts: Vec<usize> = std::iter::once(0).chain(text.match_indices('\n').map(|(i, _)| i + 1)).collect();
         let line_of = |at: usize| starts.partition_point(|start| *start <= at).max(1);
-        let table = DeTable::parse(text).map_err(|e| {
+        let fault = |e: &toml::de::Error| {
             let error = Error::input(format!("this is not valid TOML: {}", e.message())).in_file(&file);
             let help = match e.message() {
                 m if m.contains("duplicate key") => "a key or table may appear once only; remove or rename one of the two",
@@ -96,7 +96,12 @@ impl Document {
                 }
                 None => error.help(help),
             }
-        })?;
+        };
+        let (table, faults) = DeTable::parse_recoverable(text);
+        let mut faults = faults.iter().map(fault);
+        if let Some(first) = faults.next() {
+            return Err(first.and(faults));
+        }
         let root = item(&DeValue::Table(table.into_inner()), Origin::Line(1), &|at| Origin::Line(line_of(at)));
         Ok(Self { file, root, hasher: Sha256::new_with_prefix(text.as_bytes()) })
     }
@@ -227,7 +232,7 @@ impl Document {
         let help = "write assumed = \"reason\" or assumed = { key = \"reason\" }";
         match &mark.node {
             Node::Text(reason) if !reason.trim().is_empty() => {
-                found.push(Assumed { key: key.to_string(), value: abbreviate(&about.to_string()), reason: reason.clone() });
+                found.push(Assumed { key: key.to_string(), value: about.to_string(), reason: reason.clone() });
                 Ok(())
             }
             Node::Table(marks) => marks.iter().try_for_each(|(name, mark)| {
@@ -350,16 +355,14 @@ impl<'a> Section<'a> {
     /// Ends the reading of this table.
     ///
     /// # Errors
-    /// A key that nobody asked for.
+    /// Keys that nobody asked for.
     pub fn finish(self) -> Result<()> {
         let asked = self.asked.borrow();
-        match self.entries.iter().find(|(name, _)| name != ASSUMED && !asked.contains(name)) {
-            None => Ok(()),
-            Some((name, item)) => {
-                let known: Vec<&str> = asked.iter().map(String::as_str).collect();
-                Err(self.document.error(item, &join(&self.key, name), format!("unknown key '{name}'")).help(suggestion(name, &known)))
-            }
-        }
+        let known: Vec<&str> = asked.iter().map(String::as_str).collect();
+        let mut unknown = (self.entries.iter().filter(|(name, _)| name != ASSUMED && !asked.contains(name))).map(|(name, item)| {
+            self.document.error(item, &join(&self.key, name), format!("unknown key '{name}'")).help(suggestion(name, &known))
+        });
+        unknown.next().map_or(Ok(()), |first| Err(first.and(unknown)))
     }
 }
 

@@ -25,7 +25,7 @@ use super::symbols::Symbols;
 use super::uncertain::{check_places, correlations, model_error, shared_factors};
 use super::variables::{definitions, drives, formula_or, variables};
 use coldplate_base::document::{Document, Section};
-use coldplate_base::error::Result;
+use coldplate_base::error::{Faults, Result};
 use coldplate_base::units::Dimension;
 use coldplate_physics::channel::{StraightChannel, nusselt, reynolds, serpentine_bend_factor};
 
@@ -50,9 +50,9 @@ impl Machine {
     /// Reads a machine from a parsed file.
     ///
     /// # Errors
-    /// Errors of [`Machine::read`].
+    /// Errors of [`Machine::read`], with all further mistakes of the file that its schema alone can see.
     pub fn from_document(document: &Document) -> Result<Self> {
-        machine(document).map_err(|error| error.in_file(document.file()))
+        machine(document).map_err(|error| error.in_file(document.file()).and(SCHEMA.mistakes(&document.root())))
     }
 }
 
@@ -102,14 +102,18 @@ fn machine(document: &Document) -> Result<Machine> {
     let channel_names: Vec<String> = channels.iter().map(|channel| channel.name.clone()).collect();
     let index = Index { parts: &parts, nodes: &node_names, channels: &channel_names };
     let default_contact = default_contact(&root)?;
-    let contacts = contacts(&root, &index, &symbols)?;
-    let circuits = circuits(&root, &channel_names, &symbols, &Fluids::read(&root)?)?;
+    // Tables that do not need each other: a mistake in one of them does not hide those in the others.
+    let mut faults = Faults::default();
+    let contacts = faults.take(contacts(&root, &index, &symbols)).unwrap_or_default();
+    let circuits = faults.take(Fluids::read(&root).and_then(|fluids| circuits(&root, &channel_names, &symbols, &fluids)));
+    let circuits = circuits.unwrap_or_default();
+    let boundaries = faults.take(boundaries(&root, &index, &symbols)).unwrap_or_default();
+    let radiation_links = faults.take(radiation_links(&root, &index)).unwrap_or_default();
+    let enclosures = faults.take(enclosures(&root, &index, chamber.enclosure, document.file())).unwrap_or_default();
+    let sources = faults.take(sources(&root, &index, &symbols)).unwrap_or_default();
+    let mut sensors = faults.take(sensors(&root, &index)).unwrap_or_default();
+    faults.end()?;
     super::clearance::check(&root, &parts, &channels, &circuits)?;
-    let boundaries = boundaries(&root, &index, &symbols)?;
-    let radiation_links = radiation_links(&root, &index)?;
-    let enclosures = enclosures(&root, &index, chamber.enclosure, document.file())?;
-    let sources = sources(&root, &index, &symbols)?;
-    let mut sensors = sensors(&root, &index)?;
     let controllers = controllers(&root, &sensors, &sources, &symbols)?;
     sensors.extend(displacements(&root, &index, &sensors)?);
     sensors.extend(turned(&root, &sensors)?);

@@ -7,7 +7,7 @@ use super::source_law::SourceLaw;
 use super::symbols::Symbols;
 use super::variables::formula;
 use coldplate_base::document::{Section, Value};
-use coldplate_base::error::Result;
+use coldplate_base::error::{Result, all};
 use coldplate_base::formula::{Formula, FormulaNames};
 use coldplate_base::units::Dimension;
 
@@ -36,7 +36,7 @@ pub struct Source {
 /// Reads `[source.NAME]`.
 pub(super) fn sources(root: &Section<'_>, index: &Index<'_>, symbols: &Symbols) -> Result<Vec<Source>> {
     let controllers: Vec<String> = root.opt_section("controller")?.iter().flat_map(|table| table.keys()).map(str::to_string).collect();
-    root.sections("source")?.into_iter().map(|(name, section)| source(name, section, index, &controllers, symbols)).collect()
+    all(root.sections("source")?.into_iter().map(|(name, section)| source(name, section, index, &controllers, symbols)))
 }
 
 fn source(name: String, section: Section<'_>, index: &Index<'_>, controllers: &[String], symbols: &Symbols) -> Result<Source> {

@@ -2,7 +2,7 @@
 
 use super::{Key, KeyTable, Unit, ValueForm};
 use coldplate_base::document::{Section, Value, suggestion};
-use coldplate_base::error::Result;
+use coldplate_base::error::{Error, Result};
 use coldplate_base::units::Dimension;
 
 /// A formula with the unit of its result.
@@ -24,11 +24,16 @@ impl KeyTable {
     pub fn check(&self, section: &Section<'_>) -> Result<()> {
         for name in section.keys() {
             let Some(key) = self.key(name) else {
-                return Err(section.error_at(name, format!("unknown key '{name}'")).help(self.suggestion(name)));
+                return Err(self.unknown(section, name));
             };
             check_value(&section.value(name)?, &key.form)?;
         }
         Ok(())
+    }
+
+    /// An error about a key that this table does not have.
+    pub(super) fn unknown(&self, section: &Section<'_>, name: &str) -> Error {
+        section.error_at(name, format!("unknown key '{name}'")).help(self.suggestion(name))
     }
 
     /// Help text for an unknown key of this table.

@@ -1,7 +1,7 @@
 //! The vocabulary of a schema: form, default and reach of a key of a TOML file, and a line about it.
 //!
 //! A [`KeyTable`] is plain data. Reading ([`Key::read`] and its siblings), the check for unknown keys
-//! ([`KeyTable::check`]), the search by a dotted key ([`KeyTable::find`]), the tables of the documentation
+//! ([`KeyTable::check`]), the list of all mistakes ([`KeyTable::mistakes`]), the search by a dotted key ([`KeyTable::find`]), the tables of the documentation
 //! ([`KeyTable::to_markdown`]) and the JSON Schema for editors ([`KeyTable::to_json_schema`]) all come from it.
 //! The schema of machine files is [`crate::machine::SCHEMA`].
 //!
@@ -15,6 +15,7 @@
 mod check;
 mod json;
 mod markdown;
+mod mistakes;
 mod read;
 
 use coldplate_base::units::{self, Dimension};

@@ -6,16 +6,17 @@ use std::sync::{Arc, OnceLock};
 use rayon::prelude::*;
 
 use super::course::Courses;
-use super::evidence::{Explained, Freedom};
+use super::evidence::Freedom;
 use super::force;
 use super::gross::Gross;
 use super::laws::{Laws, Rule};
 use super::logs::{Log, rows_that_count};
 use super::profiles::Profiles;
+use super::ranking::{REFINED, best_of_each_size, difference, most_probable, sum_and_error, that_predict_more, whole, with_certain_first};
 use super::response::{Answer, Response};
 use super::rows::{Errors, uncertain};
 use super::search::{About, Candidate, Fit, Search};
-use super::sets;
+use super::sets::{self, seen};
 use super::settings::AmplitudeSettings;
 use super::sizing::Sizing;
 use super::steady::Table;
@@ -36,8 +37,6 @@ use coldplate_network::Load;
 const KNOTS: [f64; 6] = [-5.0, -2.5, -1.0, 1.0, 2.5, 5.0];
 /// Amplitudes of a cause that can only be more, in units of its scale. A machine of cells, whose solves take long, has the first three.
 const KNOTS_OF_MORE: [f64; 6] = [1.0, 2.5, 5.0, 15.0, 50.0, 150.0];
-/// Sets of each size that are fitted about the machine with the set in force.
-const REFINED: usize = 10;
 /// Sets of each size that are so fitted to tables of a machine of cells, and to its logs, where each takes several runs.
 const REFINED_OF_CELLS: [usize; 2] = [6, 3];
 /// Causes that bend and are solved at several amplitudes in tables of a machine of cells, and in its logs: those that explain most where each
@@ -46,8 +45,6 @@ const REFINED_OF_CELLS: [usize; 2] = [6, 3];
 const RUN_OF_CELLS: [usize; 2] = [48, 12];
 /// Sets of a log whose posterior is further behind the best one of their size, in logarithms, say nothing of the answer.
 const COUNTS: f64 = 10.0;
-/// Sets that are reported.
-const MOST_SETS: usize = 12;
 
 /// The machine as it is beside the data, with all that could be wrong with it.
 pub(crate) struct Beside<'p> {
@@ -100,14 +97,12 @@ impl<'p> Beside<'p> {
         // From test to test the level of all sources together differs too: one supply, one load.
         let sources = columns(&|h| matches!(h.effect, Effect::Heat(Heat::Source(_))) && h.law == h.effect.usual_law());
         let level = sources.into_iter().reduce(|sum, own| sum.iter().zip(own).map(|(a, b)| a + b).collect());
-        // Conditions too are off by more than is stated of them.
         let condition = |(v, stated): (usize, &VariableUncertainty)| -> Vec<f64> {
             let size = |row: &usize| stated.absolute.max(stated.relative * problem.data.rows[*row].condition.si()[v].abs());
             let slopes = base.found.prediction.conditions.iter().map(|slopes| slopes[v]);
-            places.iter().zip(slopes).map(|((row, _), slope)| problem.settings.condition_errors * size(row) * slope).collect()
+            places.iter().zip(slopes).map(|((row, _), slope)| size(row) * slope).collect()
         };
-        let conditions = problem.uncertainty.variables.iter().enumerate().map(condition);
-        let heats = into.into_iter().map(|own| own.iter().map(|c| c * mean).collect()).chain(level).chain(conditions).collect();
+        let heats = into.into_iter().map(|own| own.iter().map(|c| c * mean).collect()).chain(level).collect();
         Errors {
             row_of: consecutive(places.iter().map(|(row, _)| *row)),
             noise: base.errors.noise().to_vec(),
@@ -115,6 +110,8 @@ impl<'p> Beside<'p> {
             uncertain: uncertain(&base.errors),
             numbers: base.errors.numbers().to_vec(),
             heats,
+            conditions: problem.uncertainty.variables.iter().enumerate().map(condition).collect(),
+            biases: problem.data.sensors.len(),
             aside: Vec::new(),
             log: None,
         }
@@ -178,7 +175,7 @@ impl<'p> Beside<'p> {
         let in_time = |own: Candidate| own.in_time(Vec::new(), false);
         let means: Vec<Candidate> = means.into_iter().map(in_time).collect();
         let profiles = Profiles::constant(rows);
-        let search = Search::new(&errors, &self.base.found.residual, &means, settings, None, (&profiles, &profiles), None);
+        let search = Search::new(&errors, &self.base.found.residual, &means, settings, None, (&profiles, &profiles));
         let nothing = search.nothing();
         let best = search.singles(&nothing).into_iter().next().filter(|best| best.log_posterior() > nothing.log_posterior());
         let best = best.unwrap_or(nothing);
@@ -208,7 +205,7 @@ impl<'p> Beside<'p> {
             progress.say("instants at which causes set in");
             let (along, profiles) = (log.along(), log.profiles());
             let all: Vec<Candidate> = candidates.iter().cloned().enumerate().map(|(m, own)| in_time(log, &along, m, own)).collect();
-            let search = Search::new(&errors, residual, &all, settings, None, (&profiles.0, &profiles.1), None);
+            let search = Search::new(&errors, residual, &all, settings, None, (&profiles.0, &profiles.1));
             let found = search.singles(&search.nothing());
             log.look_closer(&found);
         }
@@ -237,7 +234,7 @@ impl<'p> Beside<'p> {
         let profiles = (&profiles.0, &profiles.1);
         let by_slope = if is_costly {
             progress.say("places and kinds by their slopes");
-            let search = Search::new(&errors, residual, &candidates, settings, about, profiles, None);
+            let search = Search::new(&errors, residual, &candidates, settings, about, profiles);
             let bent = |m: &usize| !is_straight(visible[*m].0);
             let best: Vec<usize> = search
                 .singles(&search.nothing())
@@ -256,7 +253,7 @@ impl<'p> Beside<'p> {
         } else {
             0
         };
-        let search = Search::new(&errors, residual, &candidates, settings, about, profiles, None);
+        let search = Search::new(&errors, residual, &candidates, settings, about, profiles);
         let gross = (!is_log).then(|| Gross::new(&search, &problem.data));
         let most = if is_costly { REFINED_OF_CELLS[usize::from(is_log)] } else { REFINED };
         let (nothing, mut all) = sets::fitted(&search, gross.as_ref(), most, progress);
@@ -265,7 +262,7 @@ impl<'p> Beside<'p> {
         let when = log.as_ref().map_or(&[][..], |log| &log.when);
         let found = Found { beside: self, search: &search, gross, visible: &visible, sizes: &sizes, names: &names, when, nothing };
         let (sets, scales) = if is_log { found.in_time(all) } else { found.under_laws(all, progress) };
-        Places { sets, tried: candidates.len(), by_slope, scales }
+        Places { sets: with_certain_first(sets), tried: candidates.len(), by_slope, scales }
     }
 }
 
@@ -292,8 +289,9 @@ impl Found<'_> {
         let most =
             |size: usize| best.iter().filter(|fit| fit.members.len() == size).map(Fit::log_posterior).fold(f64::NEG_INFINITY, f64::max);
         let counts = |fit: &Fit| fit.log_posterior() > most(fit.members.len()) - COUNTS;
-        let best: Vec<Fit> = best.par_iter().map(|fit| if counts(fit) { self.without_idle_laws(fit) } else { fit.clone() }).collect();
-        let best = that_predict_more(self.search, best);
+        let without: Vec<Fit> = best.par_iter().map(|fit| if counts(fit) { self.without_idle_laws(fit) } else { fit.clone() }).collect();
+        // Sets before they lose laws are compared with too: a further place may stand for such a law.
+        let best = that_predict_more(self.search, without, &best);
         let whole = whole(best.iter());
         let weighed = |fit: Fit| {
             let probability = (fit.log_posterior() - whole).exp();
@@ -352,7 +350,7 @@ impl Found<'_> {
         let at = self.names.iter().map(|name| machine.variables.iter().position(|variable| variable.name == *name)).collect::<Vec<_>>();
         let axes: Vec<Option<Axis>> = at.iter().map(|v| v.map(|v| scales.axis(v).0)).collect();
         let laws = Laws::new(scales, machine, &problem.data, &at.into_iter().flatten().collect::<Vec<_>>());
-        let (mut all, rest) = best_of_each_size(that_predict_more(self.search, all));
+        let (mut all, rest) = best_of_each_size(that_predict_more(self.search, all, &[]));
         let (_, variables) = variables(problem);
         let ways = |fit: &Fit| Ways { search: self.search, fit, laws: &laws, axes: &axes, variables: &variables }.found();
         let ways: Vec<(f64, Vec<FoundWay>)> = all.par_iter().map(ways).collect();
@@ -404,45 +402,6 @@ impl Found<'_> {
     }
 }
 
-/// Sets that are reported, of some that are in order: the first ones, and the machine as it is.
-fn most_probable<T>(all: Vec<T>, fit: impl Fn(&T) -> &Fit) -> impl Iterator<Item = T> {
-    let is_kept = move |(place, own): &(usize, T)| *place < MOST_SETS || fit(own).members.is_empty();
-    all.into_iter().enumerate().filter(is_kept).map(|(_, own)| own)
-}
-
-/// Logarithm of the sum of the posteriors of some fits.
-fn whole<'f>(all: impl Iterator<Item = &'f Fit> + Clone) -> f64 {
-    let most = all.clone().map(Fit::log_posterior).fold(f64::NEG_INFINITY, f64::max);
-    most + all.map(|fit| (fit.log_posterior() - most).exp()).sum::<f64>().ln()
-}
-
-/// Sets, most probable first, without those of several places that do not make the rows that are kept out more probable than the most probable
-/// set of one place less does, by more than the standard error of that. Whether anything acts is decided by evidence: it may act in one row.
-fn that_predict_more(search: &Search<'_>, mut sets: Vec<Fit>) -> Vec<Fit> {
-    sets.sort_by(|a, b| b.log_posterior().total_cmp(&a.log_posterior()));
-    let densities: Vec<Vec<f64>> = sets.par_iter().map(|fit| seen(search, fit).1).collect();
-    let is_less =
-        |less: &Fit, fit: &Fit| less.members.len() + 1 == fit.members.len() && less.members.iter().all(|m| fit.members.contains(m));
-    let predicts_more = |k: &usize| {
-        let less = (0..sets.len()).find(|other| is_less(&sets[*other], &sets[*k]));
-        let gain = less.map(|less| sum_and_error(&difference(&densities[*k], &densities[less])));
-        sets[*k].members.len() < 2 || gain.is_some_and(|(sum, error)| sum > error)
-    };
-    let kept: Vec<usize> = (0..sets.len()).filter(predicts_more).collect();
-    kept.into_iter().map(|k| sets[k].clone()).collect()
-}
-
-/// The best sets of each size, whose laws are looked for, and the others.
-fn best_of_each_size(mut all: Vec<Fit>) -> (Vec<Fit>, Vec<Fit>) {
-    all.sort_by(|a, b| b.log_posterior().total_cmp(&a.log_posterior()));
-    let mut counts = HashMap::new();
-    all.into_iter().partition(|fit| {
-        let count: &mut usize = counts.entry(fit.members.len()).or_default();
-        *count += 1;
-        *count <= REFINED
-    })
-}
-
 /// A way as causes; its laws get names in the scales.
 fn told(way: FoundWay, (members, sizes): (&[PlaceAndKind], &[Sizing]), scales: &mut Scales, problem: &Problem) -> Way {
     let mut causes = Vec::with_capacity(members.len());
@@ -468,16 +427,6 @@ fn told(way: FoundWay, (members, sizes): (&[PlaceAndKind], &[Sizing]), scales: &
     Way { causes, probability: way.probability, is_writable }
 }
 
-/// Deviations of the amplitudes of each member, and the density of each row given all others.
-fn seen(search: &Search<'_>, fit: &Fit) -> (Vec<Vec<f64>>, Vec<f64>) {
-    let search = search.with_errors_of(fit);
-    let (rows, linear) = search.about(fit);
-    let explained = Explained::new(rows, search.profiles, &linear.residual, &linear.slopes, &search.followed(&fit.freedoms));
-    let Some(posterior) = explained.posterior(&fit.freedoms, fit.looseness) else { return Default::default() };
-    let deviations = |m: usize| posterior.variances(m).into_iter().map(f64::sqrt).collect();
-    ((0..fit.members.len()).map(deviations).collect(), posterior.kept_out())
-}
-
 /// Variables of a steady table over which an amplitude may run, by name, with their values in the rows with readings; the order of the rows
 /// is the last one.
 fn variables(problem: &Problem) -> (Vec<String>, Vec<Vec<f64>>) {
@@ -490,18 +439,6 @@ fn variables(problem: &Problem) -> (Vec<String>, Vec<Vec<f64>>) {
     let order = ("row".to_string(), (0..rows.len()).map(|row| row as f64).collect());
     let varies = |(_, values): &(String, Vec<f64>)| values.iter().any(|x| *x != values[0]);
     own.chain([order]).filter(varies).unzip()
-}
-
-fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
-    a.iter().zip(b).map(|(a, b)| a - b).collect()
-}
-
-/// Sum of some numbers, and its standard error.
-fn sum_and_error(numbers: &[f64]) -> (f64, f64) {
-    let n = numbers.len().max(1) as f64;
-    let mean = numbers.iter().sum::<f64>() / n;
-    let variance = numbers.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
-    (n * mean, (n * variance).sqrt())
 }
 
 /// Whether the readings answer straight, however large it is.

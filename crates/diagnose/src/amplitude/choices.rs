@@ -1,19 +1,28 @@
 //! The choices beside a set: how free its amplitudes are, and how loose the machine is. Each is made by evidence, at its price.
 
-use std::sync::Arc;
+use std::sync::{Arc, PoisonError};
 
 use super::evidence::{Explained, Freedom};
 use super::profiles::Curve;
 use super::rows::{Looseness, Rows};
-use super::search::{Candidate, Linear, Search, near_by};
+use super::search::{Candidate, Linear, Open, Search, near_by};
 
 /// Laws of a log that one amplitude follows at most. Chosen: what asks for more is a curve.
 const MOST_LAWS: usize = 4;
 
 impl Search<'_> {
-    pub(super) fn rows_at(&self, looseness: Looseness) -> &Rows {
-        let is = |rows: &&Arc<Rows>| rows.disturbance.is_none_or(|d| d == looseness.disturbance) && rows.wandering == looseness.wandering;
-        self.rows.iter().find(is).unwrap_or(&self.rows[0])
+    /// Rows under a looseness; `None` where a block is not positive, for lack of noise.
+    pub(super) fn rows_at(&self, looseness: Looseness) -> Option<Arc<Rows>> {
+        if self.is_log() {
+            return Rows::under(self.errors, looseness);
+        }
+        let find = |all: &Vec<Arc<Rows>>| all.iter().find(|rows| rows.is_under(looseness)).cloned();
+        if let Some(rows) = find(&self.rows.lock().unwrap_or_else(PoisonError::into_inner)) {
+            return Some(rows);
+        }
+        let rows = Rows::under(self.errors, looseness)?;
+        self.rows.lock().unwrap_or_else(PoisonError::into_inner).push(rows.clone());
+        Some(rows)
     }
 
     /// Logarithm of the prior of a set of so many places: a Poisson count, shared among the sets of as many by how often each is to blame.
@@ -22,11 +31,6 @@ impl Search<'_> {
         let expected = self.settings.expected_causes;
         // Poisson's k! cancels against the k! orders of the members.
         members.iter().map(|m| (expected * self.candidates[*m].rate / all).ln()).sum::<f64>() - expected
-    }
-
-    /// Sizes of the disturbance that are tried.
-    pub(super) fn disturbances(&self) -> &Vec<f64> {
-        if self.is_log() { &self.settings.wandering_heats } else { &self.settings.disturbances }
     }
 
     /// Price of choices that are not the plainest.
@@ -42,36 +46,78 @@ impl Search<'_> {
         freedoms.iter().map(|f| chosen(f.freedom > 0.0) + self.price_of_size(f.size) + curve(f) + law(f)).sum::<f64>()
             + s.spread_price * looseness.spread
             + s.disturbance_price * looseness.disturbance
+            + s.condition_price * looseness.conditions
             + s.wandering_price * looseness.wandering
+            + s.noise_price * (looseness.noise - 1.0)
     }
 
-    /// The looseness of the model with the largest evidence under given freedoms, near one where there is one.
-    pub(super) fn loosest(&self, linear: &Linear, freedoms: &[Freedom], near: Option<Looseness>) -> (Looseness, f64) {
+    /// Looseness that differs by one step of one size, of those that rows are whitened by.
+    fn one_step_from(&self, at: Looseness) -> Vec<Looseness> {
         let s = self.settings;
-        let all_disturbances = self.disturbances();
-        let (disturbances, spreads, wanderings) = match near {
-            Some(near) => {
-                (near_by(all_disturbances, near.disturbance), near_by(&s.spreads, near.spread), near_by(&s.wanderings, near.wandering))
+        let mut all: Vec<Looseness> = near_by(&s.noises, at.noise).into_iter().map(|noise| Looseness { noise, ..at }).collect();
+        if self.is_log() {
+            all.extend(near_by(&s.wanderings, at.wandering).into_iter().map(|wandering| Looseness { wandering, ..at }));
+        } else {
+            all.extend(near_by(&s.disturbances, at.disturbance).into_iter().map(|disturbance| Looseness { disturbance, ..at }));
+            all.extend(near_by(&s.condition_errors, at.conditions).into_iter().map(|conditions| Looseness { conditions, ..at }));
+        }
+        all
+    }
+
+    /// The looseness of the model with the largest evidence under given freedoms, found by steps of one size at a time from a given one and, unless
+    /// it is known to be near, from none. Sizes that rows are not whitened by are tried all, or those near.
+    pub(super) fn loosest(&self, linear: &Linear, freedoms: &[Freedom], from: Looseness, is_near: bool) -> (Looseness, f64) {
+        let (s, followed) = (self.settings, self.followed(freedoms));
+        let all_or_near = |all: &[f64], value: f64| if is_near { near_by(all, value) } else { all.to_vec() };
+        let spreads = all_or_near(&s.spreads, from.spread);
+        let disturbances = self.is_log().then(|| all_or_near(&s.wandering_heats, from.disturbance));
+        // The best of each that was tried, by what rows are whitened by.
+        let mut known: Vec<(Arc<Rows>, (Looseness, f64))> = Vec::new();
+        let mut best_under = |own: Looseness| -> (Looseness, f64) {
+            if let Some((_, found)) = known.iter().find(|(rows, _)| rows.is_under(own)) {
+                return *found;
             }
-            None => (all_disturbances.clone(), s.spreads.clone(), s.wanderings.clone()),
-        };
-        let mut best = (Looseness { spread: 0.0, disturbance: 0.0, wandering: 0.0 }, f64::NEG_INFINITY);
-        for rows in self.rows.iter().filter(|rows| !self.is_log() || wanderings.contains(&rows.wandering)) {
-            let own: Vec<f64> = disturbances.iter().copied().filter(|d| rows.disturbance.is_none_or(|own| own == *d)).collect();
-            if own.is_empty() {
-                continue;
-            }
-            let explained = Explained::new(rows, self.profiles, &linear.residual, &linear.slopes, &self.followed(freedoms));
-            for (disturbance, spread) in own.iter().flat_map(|d| spreads.iter().map(move |s| (*d, *s))) {
-                let looseness = Looseness { spread, disturbance, wandering: rows.wandering };
-                let Some(log) = explained.log_evidence(freedoms, looseness) else { continue };
-                let log = log - self.price(freedoms, looseness);
-                if log > best.1 {
-                    best = (looseness, log);
+            let mut best = (own, f64::NEG_INFINITY);
+            let Some(rows) = self.rows_at(own) else { return best };
+            let explained = Explained::new(&rows, self.profiles, &linear.residual, &linear.slopes, &followed);
+            for disturbance in disturbances.as_deref().unwrap_or(&[own.disturbance]) {
+                for spread in &spreads {
+                    let looseness = Looseness { spread: *spread, disturbance: *disturbance, ..own };
+                    let Some(log) = explained.log_evidence(freedoms, looseness) else { continue };
+                    let log = log - self.price(freedoms, looseness);
+                    if log > best.1 {
+                        best = (looseness, log);
+                    }
                 }
+            }
+            known.push((rows, best));
+            best
+        };
+        let mut best = (from, f64::NEG_INFINITY);
+        for start in [from, Looseness::default()].into_iter().take(if is_near { 1 } else { 2 }) {
+            let mut own = best_under(start);
+            loop {
+                let steps = self.one_step_from(own.0).into_iter().map(&mut best_under);
+                match steps.max_by(|a, b| a.1.total_cmp(&b.1)).filter(|step| step.1 > own.1) {
+                    Some(step) => own = step,
+                    None => break,
+                }
+            }
+            if own.1 > best.1 {
+                best = own;
             }
         }
         best
+    }
+
+    /// Evidence that a way of one member loses where its amplitude wants to be beyond its range.
+    fn loss(&self, explained: &Explained<'_>, freedoms: &[Freedom], looseness: Looseness, (m, candidate): (usize, usize)) -> f64 {
+        let own = freedoms[m];
+        if own.freedom == 0.0 && own.curve.is_none() && own.law == 0 {
+            return 0.0;
+        }
+        let Some(posterior) = explained.posterior(freedoms, looseness) else { return f64::INFINITY };
+        self.beyond(candidate, own, &self.most_probable(&posterior)[m], || posterior.variances(m))
     }
 
     /// Whether an amplitude may be another in every row. In one condition there is nothing to vary.
@@ -92,7 +138,7 @@ impl Search<'_> {
         let of = |size: &f64| freedoms.iter().map(|freedom| Freedom { size: *size, freedom: *freedom, ..from }).collect::<Vec<_>>();
         // What acts by laws of the time may not be there beside them.
         let none = Some(0.0).filter(|_| self.profiles.laws().into_iter().any(|law| from.has(law) && self.profiles.is_when(law)));
-        let sizes = none.iter().chain(&self.sizes(candidate, own)).flat_map(of).collect();
+        let sizes = none.iter().chain(&self.sizes(candidate, own, from.size)).flat_map(of).collect();
         let mut curves = Vec::new();
         let mut laws = Vec::new();
         if with_curves && may_vary {
@@ -103,15 +149,25 @@ impl Search<'_> {
                     [from.freedom, 0.0].map(|freedom| Freedom { freedom, curve: Some((curve, size)), ..from })
                 })
             };
-            let is_open = |variable: usize| candidate.may_wander || self.profiles.time != Some(variable);
+            // An error of a sensor of a log that follows anything is the wandering one.
+            let is_open = |variable: usize| match self.profiles.time {
+                Some(time) if time == variable => candidate.may_wander,
+                Some(_) => candidate.may_follow,
+                None => true,
+            };
             curves.extend(self.profiles.curves().into_iter().filter(|(variable, _)| is_open(*variable)).flat_map(of));
             curves.push(Freedom { curve: None, ..from });
-            // One law more, or one less; by a law of the time it may act alone.
+            // One law more, or one less; by a law of the time it may act alone. It has one of these, or two next to each other, which are an
+            // instant between them: several make any course in time, which is the disturbance where it is a heat, and elsewhere a curve.
+            let present: Vec<usize> = self.profiles.laws().into_iter().filter(|l| from.has(*l) && self.profiles.is_when(*l)).collect();
             for law in self.profiles.laws() {
-                let (is_when, of) = (self.profiles.is_when(law), from.law ^ 1 << law);
+                let is_when = self.profiles.is_when(law);
                 if !is_when && !candidate.may_follow {
                     continue;
                 }
+                let is_beside = present.contains(&law) || matches!(present[..], [own] if own.abs_diff(law) == 1);
+                let instead = if is_when && !is_beside { present.iter().map(|own| 1 << own).sum::<u64>() } else { 0 };
+                let of = from.law ^ 1 << law ^ instead;
                 let size = if of == 0 && from.size == 0.0 { s.sizes[0] } else { from.size };
                 laws.push(Freedom { law: of, size, ..from });
                 if from.curve.is_some() {
@@ -125,31 +181,39 @@ impl Search<'_> {
         [sizes, curves, laws]
     }
 
-    /// The freedoms with the largest evidence at a looseness; those of all members but `of`, each with its candidate, stay as
-    /// they are.
+    /// The freedoms with the largest evidence at a looseness; those of members that are not open stay as they are.
     pub(super) fn freest(
         &self,
         linear: &Linear,
         freedoms: &[Freedom],
         amplitudes: &[Vec<f64>],
-        (of, with_curves): (&[(usize, usize)], bool),
+        open: Open<'_>,
         looseness: Looseness,
     ) -> (Vec<Freedom>, f64) {
         let mut followed = self.followed(freedoms);
-        if with_curves {
-            of.iter().for_each(|(m, _)| followed[*m] = self.profiles.all());
+        if open.with_curves {
+            open.members.iter().for_each(|(m, _)| followed[*m] = self.profiles.all());
         }
-        let explained = Explained::new(self.rows_at(looseness), self.profiles, &linear.residual, &linear.slopes, &followed);
         let mut best = (freedoms.to_vec(), f64::NEG_INFINITY);
-        for (m, candidate) in of {
+        let Some(rows) = self.rows_at(looseness) else { return best };
+        let explained = Explained::new(&rows, self.profiles, &linear.residual, &linear.slopes, &followed);
+        for (m, candidate) in open.members {
             // Laws grow by a variable at a time, as long as each is worth its price.
             for kind in [0, 1].into_iter().chain(std::iter::repeat_n(2, MOST_LAWS)) {
                 let before = best.1;
-                for tried in &self.ways(best.0[*m], with_curves, (&self.candidates[*candidate], &amplitudes[*m]))[kind] {
+                let mut tried: Vec<(Vec<Freedom>, f64)> = Vec::new();
+                for way in &self.ways(best.0[*m], open.with_curves, (&self.candidates[*candidate], &amplitudes[*m]))[kind] {
                     let mut freedoms = best.0.clone();
-                    freedoms[*m] = *tried;
-                    let Some(log) = explained.log_evidence(&freedoms, looseness) else { continue };
-                    let log = log - self.price(&freedoms, looseness);
+                    freedoms[*m] = *way;
+                    let log = explained.log_evidence(&freedoms, looseness).map(|log| log - self.price(&freedoms, looseness));
+                    tried.extend(log.filter(|log| *log > best.1).map(|log| (freedoms, log)));
+                }
+                tried.sort_by(|a, b| b.1.total_cmp(&a.1));
+                for (freedoms, log) in tried {
+                    if log <= best.1 {
+                        break;
+                    }
+                    let log = log - if open.are_bounded { self.loss(&explained, &freedoms, looseness, (*m, *candidate)) } else { 0.0 };
                     if log > best.1 {
                         best = (freedoms, log);
                     }

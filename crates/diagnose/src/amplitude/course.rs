@@ -4,13 +4,17 @@ use super::PlaceAndKind;
 use super::logs::{ONSETS, rows_that_count};
 use super::profiles::{Function, Profiles};
 use super::ways::{coefficients, largest, not_nothing};
-use crate::effects::{Axis, Course, FoundLaw, Law, LawForm, LawNumber, Scales, Sequence};
+use crate::effects::{Axis, Course, FoundLaw, Hypothesis, Law, LawForm, LawNumber, Scales, Sequence};
 use crate::{Cause, Problem};
 use coldplate_describe::machine::Condition;
 use coldplate_evidence::measurement::TIME;
 
-/// Points of a curve over the time that are written, at most.
+/// Points of a curve that are written, at most.
 const MOST_POINTS: usize = 24;
+
+/// Share of half the distance between rows, dimensionless, by which an onset at a row is written before it. Chosen: small beside that distance,
+/// so that the row itself is behind the onset.
+const BEFORE_ROW: f64 = 1e-3;
 
 /// What courses of a log are told by.
 pub struct Courses<'a> {
@@ -36,7 +40,7 @@ impl Courses<'_> {
         let mut whole = not_nothing(whole);
         let read = rows_that_count(&self.problem.data);
         let rows: Vec<&Condition> = read.iter().map(|row| &self.problem.data.rows[*row].condition).collect();
-        let (law, number) = match self.parts(own, scales) {
+        let (law, number) = match self.parts(h, own, scales) {
             Some((parts, number)) => {
                 let factors: Vec<Vec<f64>> = parts.iter().map(|part| part.factors(&rows)).collect();
                 let shares = coefficients(&factors.iter().map(Vec::as_slice).collect::<Vec<_>>(), &member.amplitudes);
@@ -68,7 +72,7 @@ impl Courses<'_> {
     }
 
     /// The laws that an amplitude is a sum of, with the instant at which it sets in where there is one; `None` where no formula says one of them.
-    fn parts(&self, own: &[f64], scales: &Scales) -> Option<(Vec<FoundLaw>, Option<LawNumber>)> {
+    fn parts(&self, h: &Hypothesis, own: &[f64], scales: &Scales) -> Option<(Vec<FoundLaw>, Option<LawNumber>)> {
         let variables = &self.problem.study.model.machine.variables;
         let axis = |name: &str| variables.iter().position(|v| v.name == name).map(|v| scales.axis(v).0);
         let (mut parts, mut onsets) = (Vec::new(), Vec::new());
@@ -89,11 +93,11 @@ impl Courses<'_> {
             }
         }
         if let Some((v, values)) = curve {
-            parts.push(self.curve(&axis(TIME).filter(|_| self.names[v] == TIME)?, &values));
+            parts.push(self.curve(&axis(&self.names[v])?, &values));
         }
         let mut number = None;
         if let Some(axis) = axis(TIME).filter(|_| !onsets.is_empty()) {
-            let (instants, half) = self.instants(onsets);
+            let (instants, half) = self.instants(h, &axis, onsets);
             number = Some(instants[0]).map(|at| onset((at, half), &axis));
             parts.extend(instants.iter().map(|at| FoundLaw::over(&axis, Course::Above(*at))));
         }
@@ -101,8 +105,8 @@ impl Courses<'_> {
     }
 
     /// Instants with what sets in there: those that are neighbours are one, at their mean weighted by that. With them half of what lies between
-    /// two that were tried.
-    fn instants(&self, mut onsets: Vec<(f64, f64)>) -> (Vec<f64>, f64) {
+    /// two that were tried. What a sensor does sets in between two rows, and what acts on nodes at the later one.
+    fn instants(&self, h: &Hypothesis, axis: &Axis, mut onsets: Vec<(f64, f64)>) -> (Vec<f64>, f64) {
         let instant = |law: &FoundLaw| match law {
             FoundLaw::Over(axis, Course::Above(instant)) if axis.is_time() => Some(*instant),
             _ => None,
@@ -113,6 +117,12 @@ impl Courses<'_> {
         onsets.sort_by(|a, b| a.0.total_cmp(&b.0));
         let apart = |at: f64| all.windows(2).find(|pair| pair[0] == at).map_or(0.0, |pair| pair[1] - pair[0]);
         let most = onsets.iter().map(|(at, _)| apart(*at)).fold(0.0, f64::max);
+        if !h.is_sensor() {
+            let times: Vec<f64> = self.problem.data.rows.iter().map(|row| axis.at(&row.condition)).collect();
+            let later = |at: f64| times.iter().copied().filter(|time| *time > at).min_by(f64::total_cmp).unwrap_or(at);
+            // The row itself is behind the instant.
+            onsets.iter_mut().for_each(|(at, _)| *at += (1.0 - BEFORE_ROW) * (later(*at) - *at));
+        }
         let mut found: Vec<f64> = Vec::new();
         for group in onsets.chunk_by(|a, b| b.0 - a.0 <= near) {
             let sum: f64 = group.iter().map(|(_, a)| a).sum();
@@ -127,7 +137,7 @@ impl Courses<'_> {
         (found, 0.5 * most)
     }
 
-    /// A course over the time in each test as points.
+    /// A curve over a variable, or over the time in each test, as points.
     fn curve(&self, axis: &Axis, values: &[f64]) -> FoundLaw {
         let rows = self.problem.data.rows.iter().map(|row| axis.at(&row.condition));
         let mut points: Vec<(f64, f64)> = rows.zip(values.iter().copied()).collect();

@@ -11,7 +11,7 @@
 
 mod posterior;
 
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
@@ -90,8 +90,16 @@ pub struct Explained<'a> {
     gram: DMatrix<f64>,
     /// Products of the causes with all of these and with each other, row by row.
     own: Vec<(DMatrix<f64>, DMatrix<f64>)>,
-    /// Products of profiled causes and residual without what the shared columns take, under the last looseness that was asked for.
-    reduced: Mutex<Option<(Looseness, DMatrix<f64>, f64)>>,
+    /// Reduced products under the last looseness that was asked for.
+    reduced: Mutex<Option<Arc<Reduced>>>,
+}
+
+/// Products of profiled causes and residual, in this order, without what the shared columns take.
+struct Reduced {
+    looseness: Looseness,
+    products: DMatrix<f64>,
+    /// Logarithm of the determinant of the shared columns.
+    log_determinant: f64,
 }
 
 impl<'a> Explained<'a> {
@@ -128,7 +136,7 @@ impl<'a> Explained<'a> {
         let p = profiled.ncols();
         let mut own = Vec::with_capacity(rows.ranges.len());
         // In logs no cause has an amplitude of its own in a row.
-        for range in rows.ranges.iter().filter(|_| rows.disturbance.is_some()) {
+        for range in rows.ranges.iter().filter(|_| !rows.is_log()) {
             let x = columns.rows_range(range.clone());
             let mut products = DMatrix::zeros(k, q + p + 1);
             products.view_mut((0, 0), (k, q)).copy_from(&x.tr_mul(&shared.rows_range(range.clone())));
@@ -174,12 +182,11 @@ impl<'a> Explained<'a> {
         DVector::from_iterator(count, shared.iter().copied().chain(self.of_causes(freedoms)))
     }
 
-    /// Products of profiled causes and residual (in this order) without what the shared columns take, and the logarithm of the determinant of
-    /// these.
-    fn reduced(&self, looseness: Looseness) -> Option<(DMatrix<f64>, f64)> {
+    /// Products of profiled causes and residual without what the shared columns take under a looseness.
+    fn reduced(&self, looseness: Looseness) -> Option<Arc<Reduced>> {
         let mut last = self.reduced.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((_, products, log)) = last.as_ref().filter(|(of, ..)| *of == looseness) {
-            return Some((products.clone(), *log));
+        if let Some(known) = last.as_ref().filter(|known| known.looseness == looseness) {
+            return Some(known.clone());
         }
         let eliminated = self.rows.eliminated(looseness)?;
         let (q, own) = (self.rows.shared.ncols(), self.profiled.ncols() + 1);
@@ -190,8 +197,9 @@ impl<'a> Explained<'a> {
         solve_lower(eliminated.factor.l_dirty(), &mut along);
         let mut products = self.gram.view((q, q), (own, own)).into_owned();
         products.gemm(-1.0, &along.transpose(), &along, 1.0);
-        *last = Some((looseness, products.clone(), eliminated.log_determinant));
-        Some((products, eliminated.log_determinant))
+        let found = Arc::new(Reduced { looseness, products, log_determinant: eliminated.log_determinant });
+        *last = Some(found.clone());
+        Some(found)
     }
 
     /// Logarithm of the evidence, without the constant that is alike for all sets; `None` where rounding leaves no positive matrix.
@@ -202,10 +210,9 @@ impl<'a> Explained<'a> {
         let (gram, deviations) = if is_free {
             (&self.gram, self.deviations(freedoms, looseness))
         } else {
-            let (products, of_shared) = self.reduced(looseness)?;
-            determinant += of_shared;
-            eliminated = products;
-            (&eliminated, DVector::from_iterator(self.profiled.ncols(), self.of_causes(freedoms)))
+            eliminated = self.reduced(looseness)?;
+            determinant += eliminated.log_determinant;
+            (&eliminated.products, DVector::from_iterator(self.profiled.ncols(), self.of_causes(freedoms)))
         };
         let last = gram.nrows() - 1;
         // Columns without variance are left out; the residual comes last.
@@ -271,6 +278,8 @@ mod tests {
             uncertain: 0..0,
             numbers: vec![wave(4), wave(5)],
             heats: vec![wave(6), wave(7)],
+            conditions: vec![wave(11)],
+            biases: 1,
             row_of,
             log: None,
             aside: Vec::new(),
@@ -279,7 +288,7 @@ mod tests {
     }
 
     /// The covariance of everything, written out, with the prior covariance of each cause's amplitudes.
-    fn dense(errors: &Errors, columns: &[Vec<f64>], priors: &[DMatrix<f64>], loose: (f64, f64)) -> DMatrix<f64> {
+    fn dense(errors: &Errors, columns: &[Vec<f64>], priors: &[DMatrix<f64>], loose: Looseness) -> DMatrix<f64> {
         let n = errors.noise.len();
         let mut all = DMatrix::zeros(n, n);
         let mut add = |a: &[f64], variance: f64, same_row: bool| {
@@ -291,10 +300,12 @@ mod tests {
                 }
             }
         };
-        errors.stated.iter().for_each(|c| add(c, 1.0, false));
-        errors.numbers.iter().for_each(|c| add(c, loose.0 * loose.0, false));
-        errors.heats.iter().for_each(|c| add(c, loose.1 * loose.1, true));
-        (0..n).for_each(|i| all[(i, i)] += errors.noise[i].powi(2));
+        let is_bias = |k: usize| k < errors.biases;
+        errors.stated.iter().enumerate().for_each(|(k, c)| add(c, if is_bias(k) { loose.noise.powi(2) } else { 1.0 }, false));
+        errors.numbers.iter().for_each(|c| add(c, loose.spread.powi(2), false));
+        errors.heats.iter().for_each(|c| add(c, loose.disturbance.powi(2), true));
+        errors.conditions.iter().for_each(|c| add(c, loose.conditions.powi(2), true));
+        (0..n).for_each(|i| all[(i, i)] += (loose.noise * errors.noise[i]).powi(2));
         for (column, prior) in columns.iter().zip(priors) {
             all += DMatrix::from_fn(n, n, |i, j| column[i] * column[j] * prior[(errors.row_of[i], errors.row_of[j])]);
         }
@@ -304,10 +315,9 @@ mod tests {
     #[test]
     fn evidence_amplitudes_and_kept_out_rows_are_those_of_the_covariance_written_out() {
         let (errors, residual, columns) = case();
-        let loose = (0.3, 0.2);
-        let looseness = Looseness { spread: loose.0, disturbance: loose.1, wandering: 0.0 };
+        let looseness = Looseness { spread: 0.3, disturbance: 0.2, conditions: 0.4, wandering: 0.0, noise: 1.5 };
         let slopes: Vec<Slope> = columns.iter().cloned().map(Slope::OfRow).collect();
-        let rows = Rows::new(&errors, loose.1).unwrap();
+        let rows = Rows::new(&errors, looseness).unwrap();
         let profiles = Profiles::smooth(3, &[vec![0.0, 1.0, 3.0]]);
         let explained = Explained::new(&rows, &profiles, &residual, &slopes, &[profiles.all(), profiles.all()]);
         let r = DVector::from_column_slice(&residual);
@@ -330,7 +340,7 @@ mod tests {
                 let other = |i: usize, j: usize| f.size * f.size + if i == j { f.freedom * f.freedom } else { 0.0 };
                 &kernel * curve + DMatrix::from_fn(3, 3, other)
             };
-            let full = dense(&errors, &columns, &freedoms.map(|f| prior(&f)), loose);
+            let full = dense(&errors, &columns, &freedoms.map(|f| prior(&f)), looseness);
             let inverse = full.clone().try_inverse().unwrap();
             let expected = -0.5 * ((r.transpose() * &inverse * &r)[0] + full.determinant().ln());
             let found = explained.log_evidence(&freedoms, looseness).unwrap();

@@ -11,6 +11,16 @@ pub const STEP: f64 = 0.1;
 /// Name of the variable that is the course of a member.
 const COURSE: &str = "diagnosed_course_";
 
+/// A cause with its amplitude in every row, in its unit.
+pub struct Acting<'a> {
+    /// The cause.
+    pub hypothesis: &'a Hypothesis,
+    /// Amplitude in every row of the data.
+    pub values: Vec<f64>,
+    /// Whether they stay until the next row of a log instead of running straight to it.
+    pub is_held: bool,
+}
+
 /// A machine with causes in force.
 pub struct Forced {
     /// The machine and its data.
@@ -22,14 +32,15 @@ pub struct Forced {
 }
 
 impl Forced {
-    /// Causes with their amplitudes in all rows, in their units; `None` where the machine file has no words for one.
-    pub fn new(problem: &Problem, predictor: &Predictor<'_>, members: &[(&Hypothesis, Vec<f64>)]) -> Option<Self> {
+    /// The machine with some causes; `None` where the machine file has no words for one.
+    pub fn new(problem: &Problem, predictor: &Predictor<'_>, members: &[Acting<'_>]) -> Option<Self> {
         let given = &problem.study.model.machine.variables;
         let name = |k: usize| format!("{COURSE}{k}");
-        let added = |(k, (_, values)): (usize, &(&Hypothesis, Vec<f64>))| Added {
+        let added = |(k, own): (usize, &Acting<'_>)| Added {
             name: name(k),
             declared: "{ unit = \"1\", default = \"0\" }",
-            values: values.clone(),
+            values: own.values.clone(),
+            is_held: own.is_held,
         };
         let added: Vec<Added> = members.iter().enumerate().map(added).collect();
         let mut study = problem.study.edited(&Added::lines(&added, problem.study.document()).ok()?).ok()?;
@@ -41,7 +52,7 @@ impl Forced {
         uncertainty.variables = variables.iter().map(|v| stated(&v.name)).collect();
         let scales = Scales::of(&data, &study.model.machine);
         let mut laws = Vec::new();
-        for (k, (h, values)) in members.iter().enumerate() {
+        for (k, Acting { hypothesis: h, values, .. }) in members.iter().enumerate() {
             let at = variables.iter().position(|v| v.name == name(k))?;
             let (law, amplitude) =
                 if runs(predictor, h) { (h.by_course(Law::Of(at, LawForm::Course)), 1.0) } else { ((*h).clone(), values[0]) };

@@ -184,7 +184,7 @@ impl<'a> Gross<'a> {
     /// Parts that are better set aside, by the one that promises most: one more or one less than now; `None` where each promises less.
     fn next(&self, fit: &Fit) -> Option<Vec<Wrong>> {
         let others = self.others(fit)?;
-        let residual = self.search.about(fit).1.residual;
+        let residual = self.search.linear_about(fit).residual;
         let now = self.of_all(&fit.aside);
         let wide = self.wide();
         let mut best: (f64, Option<Vec<Wrong>>) = (0.0, None);
@@ -210,7 +210,7 @@ impl<'a> Gross<'a> {
         }
         let as_they_are = |readings: &[usize]| {
             let predicted = others.predict(readings)?;
-            Some((self.as_they_are(&predicted, readings, &residual)?, predicted.log_density))
+            Some((self.as_they_are(&predicted, readings, &residual, fit.looseness.noise)?, predicted.log_density))
         };
         for (at, wrong) in fit.aside.iter().enumerate() {
             let mut aside = fit.aside.clone();
@@ -235,18 +235,18 @@ impl<'a> Gross<'a> {
         best.1
     }
 
-    /// Logarithm of the density of readings that are set aside, given all others, were they right.
-    fn as_they_are(&self, predicted: &Predicted, readings: &[usize], residual: &[f64]) -> Option<f64> {
+    /// Logarithm of the density of readings that are set aside, given all others, were they right, with so many times their stated noise.
+    fn as_they_are(&self, predicted: &Predicted, readings: &[usize], residual: &[f64], times: f64) -> Option<f64> {
         let (wide, noise) = (self.wide(), &self.search.errors.noise);
-        let more: Vec<(f64, f64)> = readings.iter().map(|i| (residual[*i], noise[*i] * noise[*i] - wide * wide)).collect();
+        let more: Vec<(f64, f64)> = readings.iter().map(|i| (residual[*i], (times * noise[*i]).powi(2) - wide * wide)).collect();
         predicted.log_density_with(&more)
     }
 
     /// What the readings say of each other under a fit.
     fn others(&self, fit: &Fit) -> Option<Others> {
         let search = self.search.with_errors_of(fit);
-        let (rows, linear) = search.about(fit);
-        let explained = Explained::new(rows, search.profiles, &linear.residual, &linear.slopes, &search.followed(&fit.freedoms));
+        let (rows, linear) = (search.rows_at(fit.looseness)?, search.linear_about(fit));
+        let explained = Explained::new(&rows, search.profiles, &linear.residual, &linear.slopes, &search.followed(&fit.freedoms));
         Some(explained.posterior(&fit.freedoms, fit.looseness)?.others())
     }
 
@@ -256,7 +256,7 @@ impl<'a> Gross<'a> {
             return Vec::new();
         }
         let Some(others) = self.others(fit) else { return Vec::new() };
-        let residual = self.search.about(fit).1.residual;
+        let residual = self.search.linear_about(fit).residual;
         let of = |wrong: &Wrong| {
             let readings = self.readings(wrong.part);
             let errors = others.predict(&readings).map_or(Vec::new(), |own| own.error.as_slice().to_vec());

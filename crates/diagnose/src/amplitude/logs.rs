@@ -9,8 +9,10 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::force::{self, Forced, STEP};
-use super::profiles::Profiles;
+use nalgebra::{DVector, SVD};
+
+use super::force::{self, Acting, Forced, STEP};
+use super::profiles::{Function, Profiles};
 use super::response::Slope;
 use super::rows::{Errors, LogNoise, uncertain};
 use super::search::{Fit, Reference};
@@ -18,7 +20,7 @@ use super::settings::AmplitudeSettings;
 use super::sizing::Sizing;
 use crate::Problem;
 use crate::effects::{Course, Effect, FoundLaw, Heat, Hypothesis, Law, Scales, hypotheses};
-use crate::follow::Follower;
+use crate::follow::{Along, Follower};
 use crate::predictor::Predictor;
 use crate::view::Comparison;
 use crate::when::TEST_NUMBER;
@@ -42,6 +44,8 @@ const INSTANTS: [usize; 2] = [1500, 48];
 pub const ONSETS: usize = 24;
 /// Instants that are added around one, at most. Chosen.
 const CLOSER: usize = 8;
+/// Directions of functions with less than this share of the largest square are one with others.
+const ALIKE: f64 = 1e-10;
 /// Tests of which one may be another than the rest, at most. Chosen: beyond them each takes readings of its own.
 const MOST_TESTS: usize = 12;
 
@@ -205,8 +209,8 @@ impl<'a> Log<'a> {
     /// `units` are the causes' own units per unit of the scale.
     fn slopes(&self, about: &About<'_>, (own, units): (&[Hypothesis], &[f64]), means: Vec<Vec<f64>>, count: usize) -> Vec<Vec<Vec<f64>>> {
         let courses: Vec<Vec<f64>> = (1..count).map(|f| self.functions.functions.column(f).iter().copied().collect()).collect();
-        let wanted: Vec<(usize, &[f64])> =
-            (0..own.len()).filter(|h| !own[*h].is_sensor()).flat_map(|h| courses.iter().map(move |c| (h, c.as_slice()))).collect();
+        let courses_of = |h: usize| courses.iter().enumerate().map(move |(c, values)| (h, Along { values, is_held: self.is_step(c + 1) }));
+        let wanted: Vec<(usize, Along<'_>)> = (0..own.len()).filter(|h| !own[*h].is_sensor()).flat_map(courses_of).collect();
         let found = match self.follower(about) {
             Some(follower) if !courses.is_empty() => follower.along(own, &wanted, self.stride).unwrap_or_else(|_| vec![None; wanted.len()]),
             _ => vec![None; wanted.len()],
@@ -244,8 +248,8 @@ impl<'a> Log<'a> {
                     let deviations = self.starts(study, &groups);
                     stated.extend(follower.starts(&groups, self.stride).into_iter().zip(deviations).map(|(c, by)| scaled(c, by)));
                 }
-                let courses: Vec<(usize, &[f64])> =
-                    (0..heats.len()).flat_map(|h| self.hats.iter().map(move |hat| (h, hat.as_slice()))).collect();
+                let courses: Vec<(usize, Along<'_>)> =
+                    (0..heats.len()).flat_map(|h| self.hats.iter().map(move |hat| (h, Along::straight(hat)))).collect();
                 let columns = follower.along(&heats, &courses, self.stride).unwrap_or_default();
                 courses.iter().zip(columns).filter_map(|((h, _), c)| Some(scaled(c?, size(&heats[*h])))).collect()
             }
@@ -266,6 +270,8 @@ impl<'a> Log<'a> {
             uncertain: uncertain(&found.errors),
             numbers: found.errors.numbers().to_vec(),
             heats: heated,
+            conditions: Vec::new(),
+            biases: data.sensors.len(),
             aside: Vec::new(),
             log: Some(LogNoise { parts: found.errors.clone(), memory: self.settings.wandering_memory, most, known: Arc::default() }),
         }
@@ -310,6 +316,8 @@ impl<'a> Log<'a> {
         self.base.found.linear.as_ref()?;
         let user = self.predictor.user;
         let own: Vec<&Hypothesis> = members.iter().map(|m| self.visible[*m].0).collect();
+        let within: Vec<Vec<f64>> = members.iter().zip(amplitudes).map(|(m, own)| self.within(*m, own)).collect();
+        let amplitudes = &within[..];
         let Forced { problem, scales, laws } = self.forced(members, amplitudes)?;
         let study = &problem.study;
         let (data, catalogue) = (&problem.data, self.catalogue);
@@ -327,7 +335,7 @@ impl<'a> Log<'a> {
         let there: Vec<Hypothesis> = all.iter().map(|m| same(self.visible[*m].0)).collect();
         let units: Vec<f64> = all.iter().map(|m| self.sizes[*m].slope(0.0)).collect();
         let ones = vec![1.0; data.rows.len()];
-        let wanted: Vec<(usize, &[f64])> = (0..all.len()).map(|h| (h, ones.as_slice())).collect();
+        let wanted: Vec<(usize, Along<'_>)> = (0..all.len()).map(|h| (h, Along::straight(&ones))).collect();
         let columns = self.follower(&about)?.along(&there, &wanted, self.stride).ok()?;
         let shown = force::shown((&scales, &problem), values, &laws, None);
         let mean = |(k, column): (usize, Option<Vec<f64>>)| match column {
@@ -356,15 +364,49 @@ impl<'a> Log<'a> {
     }
 
     fn forced(&self, members: &[usize], amplitudes: &[Vec<f64>]) -> Option<Forced> {
-        let own = members.iter().map(|m| self.visible[*m].0).zip(members.iter().zip(amplitudes).map(|(m, a)| self.course(*m, a)));
-        Forced::new(self.problem, self.predictor, &own.collect::<Vec<_>>())
+        let acting = |(m, own): (&usize, &Vec<f64>)| Acting {
+            hypothesis: self.visible[*m].0,
+            values: self.course(*m, own),
+            is_held: (0..own.len()).all(|f| own[f] == 0.0 || self.is_step(f)),
+        };
+        Forced::new(self.problem, self.predictor, &members.iter().zip(amplitudes).map(acting).collect::<Vec<_>>())
+    }
+
+    /// Whether a function changes by jumps alone. What a cause does sets in at a row: the sum of two causes that set in at neighbouring rows is,
+    /// to first order, one that sets in between them.
+    fn is_step(&self, function: usize) -> bool {
+        match self.functions.of[function] {
+            Function::Constant => true,
+            Function::When(law) => {
+                self.when.get(law - self.names.len()).is_some_and(|law| !matches!(law, FoundLaw::Over(_, Course::Straight)))
+            }
+            Function::Linear(_) | Function::Smooth(_) => false,
+        }
     }
 
     /// The course of an amplitude over all rows, in its unit.
     fn course(&self, member: usize, coefficients: &[f64]) -> Vec<f64> {
-        let (h, size) = (self.visible[member].0, self.sizes[member]);
-        let (least, most) = h.range();
-        self.functions.course(coefficients).iter().map(|a| size.amplitude(*a).clamp(least, most)).collect()
+        let (least, most) = self.visible[member].0.range();
+        self.functions.course(coefficients).iter().map(|a| self.sizes[member].amplitude(*a).clamp(least, most)).collect()
+    }
+
+    /// Coefficients of an amplitude whose course is within its range: of the same functions, those next to the course that is cut off there. The
+    /// linear model is about what is in force, and no more than the range is.
+    fn within(&self, member: usize, coefficients: &[f64]) -> Vec<f64> {
+        let (size, (least, most)) = (self.sizes[member], self.visible[member].0.range());
+        let (least, most) = (size.position(least), size.position(most));
+        let course = self.functions.course(coefficients);
+        if course.iter().all(|a| (least..=most).contains(a)) {
+            return coefficients.to_vec();
+        }
+        let acting: Vec<usize> = (0..coefficients.len()).filter(|f| coefficients[*f] != 0.0).collect();
+        let functions = self.functions.functions.select_columns(&acting);
+        let less = DVector::from_iterator(course.len(), course.iter().map(|a| a.clamp(least, most) - a));
+        let mut all = coefficients.to_vec();
+        if let Ok(change) = SVD::new(functions.tr_mul(&functions), true, true).solve(&functions.tr_mul(&less), ALIKE) {
+            acting.iter().zip(change.iter()).for_each(|(f, change)| all[*f] += change);
+        }
+        all
     }
 
     /// How much a slope about the machine that has a cause falls short of the change with a little more of it; `None` where they are one.

@@ -14,6 +14,8 @@ mod laws;
 mod logs;
 mod others;
 mod profiles;
+mod ranking;
+mod relaxation;
 mod response;
 mod rows;
 mod search;

@@ -31,7 +31,7 @@ pub enum Function {
 }
 
 /// Functions of the rows: the constant first, then those of a smooth amplitude over each variable. In logs those in proportion to each
-/// variable, then those of a smooth amplitude over the time.
+/// variable and the laws of the time, then those of a smooth amplitude over the time and over each variable.
 #[derive(Debug, Clone)]
 pub struct Profiles {
     /// Rows times functions; of unit prior variance each.
@@ -65,7 +65,8 @@ impl Profiles {
     }
 
     /// Of the rows of a log, by the values of some variables in them, of which the last is the time: the constant, what is in proportion to
-    /// each of the others, laws of the time by their factors in the rows, and smooth functions of the time. Means and deviations are those of the rows that `counts`.
+    /// each of the others, laws of the time by their factors in the rows, and smooth functions of the time and of each of the others. Means and
+    /// deviations are those of the rows that `counts`.
     pub fn of_log(variables: &[Vec<f64>], when: &[Vec<f64>], counts: &[usize]) -> Self {
         let rows = variables.last().map_or(0, Vec::len);
         let n = counts.len().max(1) as f64;
@@ -92,13 +93,16 @@ impl Profiles {
             of.push(Function::When(all.len() + law));
         }
         let mut screened = 0;
-        for (place, length) in LENGTHS.iter().enumerate() {
-            let kernel = |j: usize| (0..rows).map(|i| near((all[time][i] - all[time][j]) / length)).collect();
+        // The slow ones of the time first.
+        let varies = |v: &usize| all[*v].iter().any(|x| *x != all[*v][0]);
+        let curves = std::iter::once(time).chain((0..time).filter(varies)).flat_map(|v| (0..LENGTHS.len()).map(move |place| (v, place)));
+        for (v, place) in curves {
+            let kernel = |j: usize| (0..rows).map(|i| near((all[v][i] - all[v][j]) / LENGTHS[place])).collect();
             for column in low_rank(vec![1.0; rows], kernel, LEAST_VARIANCE) {
                 columns.push(centred(&column));
-                of.push(Function::Smooth((time, place)));
+                of.push(Function::Smooth((v, place)));
             }
-            screened = if place == 0 { columns.len() } else { screened };
+            screened = if (v, place) == (time, 0) { columns.len() } else { screened };
         }
         let columns: Vec<DVector<f64>> = columns.into_iter().map(DVector::from_vec).collect();
         Self { functions: DMatrix::from_columns(&columns), of, time: Some(time), screened }

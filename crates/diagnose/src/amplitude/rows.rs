@@ -1,7 +1,7 @@
 //! The covariance of a table's readings without any cause, row by row.
 //!
-//! Readings of one row share errors that no other row has: those of the condition, and the disturbance, a heat in every part that is new in
-//! every row. All rows share biases of sensors and numbers of the machine. The covariance is D + U V Uᵀ with D in one block per row and few
+//! Readings of one row share errors that no other row has: those of the condition, as stated and further ones, and the disturbance, a heat in
+//! every part that is new in every row. All rows share biases of sensors and numbers of the machine. The covariance is D + U V Uᵀ with D in one block per row and few
 //! columns U, so that nothing larger than a row or a column is ever factored.
 //!
 //! In logs a "row" is what is kept out as a whole: a test, or a stretch of time. D is that of the noise and of an error of each sensor that
@@ -21,6 +21,10 @@ use coldplate_evidence::measurement::whiten::Noise;
 /// twentieth of it decides nothing.
 const LOST: f64 = 0.05;
 
+/// Stretches of a log that are kept under as many loosenesses. Each may have megabytes, and every set about the machine that has it has its own;
+/// a search by steps asks for its neighbours again.
+const KEPT: usize = 4;
+
 /// Errors of the readings of a table, K.
 #[derive(Debug, Clone)]
 pub struct Errors {
@@ -28,16 +32,19 @@ pub struct Errors {
     pub row_of: Vec<usize>,
     /// Standard deviation of the noise of every reading, K.
     pub noise: Vec<f64>,
-    /// Errors of unit variance that readings share, one column each, K.
+    /// Errors of unit variance that readings share, one column each, K: first the bias of each sensor.
     pub stated: Vec<Vec<f64>>,
+    /// How many of them are biases.
+    pub biases: usize,
     /// Places among these of numbers called uncertain and, behind them, of heats that are columns of the data.
     pub uncertain: Range<usize>,
     /// Change of every reading with the logarithm of each number of the machine, K.
     pub numbers: Vec<Vec<f64>>,
     /// Change of every reading with the disturbance of size one, K, which is another in every row: with a heat in each part as large as the
-    /// machine's mean heat, with the level of all heats, and with each condition by a multiple of what is stated of its error. In logs the heats
-    /// alone, also of each stretch of time.
+    /// machine's mean heat, and with the level of all heats. In logs the heats alone, also of each stretch of time.
     pub heats: Vec<Vec<f64>>,
+    /// Change of every reading of a table with what is stated of the error of each condition, K, which is another in every row.
+    pub conditions: Vec<Vec<f64>>,
     /// In logs, what the readings are whitened by in place of `noise`.
     pub log: Option<LogNoise>,
     /// Readings that are grossly wrong, rising: their noise is wide, and their residual says nothing.
@@ -53,7 +60,7 @@ pub struct LogNoise {
     pub memory: f64,
     /// Largest disturbance that is tried.
     pub most: f64,
-    /// Stretches under wandering errors that were asked for.
+    /// Stretches under the loosenesses that were asked for last.
     pub known: Arc<Mutex<Vec<Arc<Rows>>>>,
 }
 
@@ -66,9 +73,11 @@ impl Errors {
             row_of: readings.iter().map(|i| self.row_of[*i]).collect(),
             noise: of(&self.noise),
             stated: all(&self.stated),
+            biases: self.biases,
             uncertain: self.uncertain.clone(),
             numbers: all(&self.numbers),
             heats: all(&self.heats),
+            conditions: all(&self.conditions),
             log: None,
             aside: readings.iter().enumerate().filter(|(_, i)| self.aside.contains(i)).map(|(n, _)| n).collect(),
         }
@@ -76,14 +85,25 @@ impl Errors {
 }
 
 /// What a model leaves open beside its causes, as the data have it.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Looseness {
     /// Standard deviation of the logarithm of every number of the machine.
     pub spread: f64,
     /// Standard deviation of a heat in every part, new in every row, as a share of the machine's mean heat. In logs it wanders with the time.
     pub disturbance: f64,
+    /// Standard deviation of a further error of each condition of a table, new in every row, as a multiple of what is stated.
+    pub conditions: f64,
     /// Standard deviation of an error of each sensor of a log that wanders with the time, K, beside what is stated.
     pub wandering: f64,
+    /// Noise of readings and biases of sensors as multiples of what is stated.
+    pub noise: f64,
+}
+
+impl Default for Looseness {
+    /// Nothing is left open.
+    fn default() -> Self {
+        Self { spread: 0.0, disturbance: 0.0, conditions: 0.0, wandering: 0.0, noise: 1.0 }
+    }
 }
 
 /// How readings are whitened by what belongs to their own row.
@@ -112,14 +132,14 @@ impl Looseness {
     pub fn in_words(&self) -> String {
         let percent = |share: f64| significant(100.0 * share, 2);
         let numbers = (self.spread > 0.0).then(|| format!("numbers of the machine file off by {} %", percent(self.spread)));
-        let heats = (self.disturbance > 0.0).then(|| {
-            format!(
-                "heats that nothing explains, of {} % of the machine's heat (in tables with errors of conditions)",
-                percent(self.disturbance)
-            )
-        });
+        let heats = (self.disturbance > 0.0)
+            .then(|| format!("heats that nothing explains, of {} % of the machine's heat", percent(self.disturbance)));
+        let times = |factor: f64| significant(factor, 2);
+        let conditions =
+            (self.conditions > 0.0).then(|| format!("errors of conditions, of {} times what is stated of them", times(self.conditions)));
+        let noise = (self.noise != 1.0).then(|| format!("noise and offsets of the sensors {} times as large as stated", times(self.noise)));
         let errors = (self.wandering > 0.0).then(|| format!("errors of the sensors that wander, of {} K", significant(self.wandering, 2)));
-        numbers.into_iter().chain(heats).chain(errors).collect::<Vec<_>>().join("; ")
+        numbers.into_iter().chain(heats).chain(conditions).chain(errors).chain(noise).collect::<Vec<_>>().join("; ")
     }
 }
 
@@ -128,10 +148,9 @@ impl Looseness {
 pub struct Rows {
     /// Readings of each row.
     pub ranges: Vec<Range<usize>>,
-    /// Disturbance that is in the blocks of a table; none in logs, where it is among the shared columns.
-    pub disturbance: Option<f64>,
-    /// Wandering error that logs are whitened by, K.
-    pub wandering: f64,
+    /// Sizes in the blocks of a table: disturbance, errors of conditions and noise; in logs, where the disturbance is among the shared columns,
+    /// wandering errors and noise.
+    pub own: Looseness,
     whitening: Whitening,
     /// Shared columns, whitened: stated ones, then numbers, then the disturbance of logs.
     pub shared: DMatrix<f64>,
@@ -140,6 +159,7 @@ pub struct Rows {
     gram: DMatrix<f64>,
     stated: usize,
     numbers: usize,
+    biases: usize,
     log_determinant: f64,
     eliminated: Mutex<Vec<Arc<Eliminated>>>,
 }
@@ -166,13 +186,30 @@ impl Rows {
     /// The rows of a table or a log under a looseness; `None` as in [`Rows::new`].
     pub fn under(errors: &Errors, looseness: Looseness) -> Option<Arc<Self>> {
         match &errors.log {
-            None => Self::new(errors, looseness.disturbance).map(Arc::new),
-            Some(log) => Some(Self::of_logs(errors, log, looseness.wandering)),
+            None => Self::new(errors, looseness).map(Arc::new),
+            Some(log) => Some(Self::of_logs(errors, log, looseness)),
         }
     }
 
-    /// The rows of a table under a disturbance of a size; `None` where a block is not positive, for lack of noise.
-    pub fn new(errors: &Errors, disturbance: f64) -> Option<Self> {
+    /// Whether rows under one looseness are those under another one: all but the deviations of shared columns is alike.
+    pub fn is_under(&self, looseness: Looseness) -> bool {
+        self.own == Self::own_part(self.is_log(), looseness)
+    }
+
+    /// Whether they are stretches of a log.
+    pub fn is_log(&self) -> bool {
+        matches!(self.whitening, Whitening::Series(_))
+    }
+
+    fn own_part(is_log: bool, Looseness { disturbance, conditions, wandering, noise, .. }: Looseness) -> Looseness {
+        match is_log {
+            true => Looseness { wandering, noise, ..Looseness::default() },
+            false => Looseness { disturbance, conditions, noise, ..Looseness::default() },
+        }
+    }
+
+    /// The rows of a table under a looseness; `None` where a block is not positive, for lack of noise.
+    pub fn new(errors: &Errors, looseness: Looseness) -> Option<Self> {
         let ranges = ranges(&errors.row_of);
         // A column that acts in one row alone belongs to that row's block.
         let own_row = |column: &Vec<f64>| -> Option<Option<usize>> {
@@ -181,10 +218,10 @@ impl Rows {
             Some(acting.all(|row| row == first).then_some(first))
         };
         let mut shared: Vec<(usize, &Vec<f64>)> = Vec::new();
-        let mut local: Vec<(usize, &Vec<f64>)> = Vec::new();
+        let mut local: Vec<(usize, f64, &Vec<f64>)> = Vec::new();
         for (place, column) in errors.stated.iter().enumerate() {
             match own_row(column) {
-                Some(Some(row)) => local.push((row, column)),
+                Some(Some(row)) => local.push((row, if place < errors.biases { looseness.noise } else { 1.0 }, column)),
                 Some(None) => shared.push((place, column)),
                 None => {}
             }
@@ -195,43 +232,50 @@ impl Rows {
         let mut factors = Vec::with_capacity(ranges.len());
         for range in &ranges {
             let size = range.len();
-            let mut block = DMatrix::from_diagonal(&DVector::from_iterator(size, errors.noise[range.clone()].iter().map(|n| n * n)));
+            // The wide noise of what is set aside stays.
+            let noise = |i: usize| (errors.noise[i] * if errors.aside.contains(&i) { 1.0 } else { looseness.noise }).powi(2);
+            let mut block = DMatrix::from_diagonal(&DVector::from_iterator(size, range.clone().map(noise)));
             let mut add = |column: &[f64], scale: f64| {
                 let own = DVector::from_column_slice(&column[range.clone()]);
                 block.ger(scale * scale, &own, &own, 1.0);
             };
             let row = errors.row_of[range.start];
-            local.iter().filter(|(own, _)| *own == row).for_each(|(_, column)| add(column, 1.0));
-            if disturbance > 0.0 {
-                errors.heats.iter().for_each(|column| add(column, disturbance));
+            local.iter().filter(|(own, ..)| *own == row).for_each(|(_, scale, column)| add(column, *scale));
+            for (columns, size) in [(&errors.heats, looseness.disturbance), (&errors.conditions, looseness.conditions)] {
+                columns.iter().filter(|_| size > 0.0).for_each(|column| add(column, size));
             }
             factors.push(Cholesky::new(block)?);
         }
         let log_determinant = factors.iter().map(|f| 2.0 * f.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>()).sum();
         let numbers = shared.len() - stated;
-        let mut all = Self::without_columns(ranges, Whitening::Blocks(factors), log_determinant);
-        all.disturbance = Some(disturbance);
+        let mut all = Self::without_columns(ranges, Whitening::Blocks(factors), log_determinant, errors.biases);
+        all.own = Self::own_part(false, looseness);
         all.of = shared.iter().map(|(place, _)| *place).collect();
         let whitened: Vec<DVector<f64>> = shared.iter().map(|(_, column)| all.whiten(column)).collect();
         Some(all.with_columns(&whitened, (stated, numbers)))
     }
 
-    /// The stretches of logs whose sensors have an error of a size, K, that wanders with the time.
-    pub fn of_logs(errors: &Errors, log: &LogNoise, wandering: f64) -> Arc<Self> {
-        let known = |all: &Vec<Arc<Self>>| all.iter().find(|rows| rows.wandering == wandering).cloned();
+    /// The stretches of logs under a looseness.
+    pub fn of_logs(errors: &Errors, log: &LogNoise, looseness: Looseness) -> Arc<Self> {
+        let known = |all: &Vec<Arc<Self>>| all.iter().find(|rows| rows.is_under(looseness)).cloned();
         if let Some(rows) = known(&log.known.lock().unwrap_or_else(PoisonError::into_inner)) {
             return rows;
         }
-        let rows = Arc::new(Self::wandering(errors, log, wandering));
-        log.known.lock().unwrap_or_else(PoisonError::into_inner).push(rows.clone());
+        let rows = Arc::new(Self::wandering(errors, log, looseness));
+        let mut all = log.known.lock().unwrap_or_else(PoisonError::into_inner);
+        if all.len() >= KEPT {
+            all.remove(0);
+        }
+        all.push(rows.clone());
         rows
     }
 
-    fn wandering(errors: &Errors, log: &LogNoise, wandering: f64) -> Self {
-        let noise = log.parts.noise_at(&DiscrepancySize { wandering, memory: log.memory, ..DiscrepancySize::NONE });
+    fn wandering(errors: &Errors, log: &LogNoise, looseness: Looseness) -> Self {
+        let level = DiscrepancySize { wandering: looseness.wandering, memory: log.memory, ..DiscrepancySize::NONE };
+        let noise = log.parts.with_noise(looseness.noise).noise_at(&level);
         let log_determinant = noise.log_determinant();
-        let mut all = Self::without_columns(ranges(&errors.row_of), Whitening::Series(noise), log_determinant);
-        all.wandering = wandering;
+        let mut all = Self::without_columns(ranges(&errors.row_of), Whitening::Series(noise), log_determinant, errors.biases);
+        all.own = Self::own_part(true, looseness);
         let acts = |(_, column): &(usize, &Vec<f64>)| column.iter().any(|c| *c != 0.0);
         let acting = |columns: &'_ [Vec<f64>]| columns.iter().enumerate().filter(acts).map(|(place, _)| place).collect::<Vec<usize>>();
         let (stated, numbers) = (acting(&errors.stated), acting(&errors.numbers));
@@ -249,17 +293,17 @@ impl Rows {
         all.with_columns(&columns, counts)
     }
 
-    fn without_columns(ranges: Vec<Range<usize>>, whitening: Whitening, log_determinant: f64) -> Self {
+    fn without_columns(ranges: Vec<Range<usize>>, whitening: Whitening, log_determinant: f64, biases: usize) -> Self {
         Self {
             ranges,
-            disturbance: None,
-            wandering: 0.0,
+            own: Looseness::default(),
             whitening,
             shared: DMatrix::zeros(0, 0),
             of: Vec::new(),
             gram: DMatrix::zeros(0, 0),
             stated: 0,
             numbers: 0,
+            biases,
             log_determinant,
             eliminated: Mutex::default(),
         }
@@ -333,7 +377,13 @@ impl Rows {
     /// Standard deviation of each shared column's coefficient.
     pub fn deviations(&self, looseness: Looseness) -> DVector<f64> {
         DVector::from_fn(self.shared.ncols(), |k, _| match k {
-            k if k < self.stated => 1.0,
+            k if k < self.stated => {
+                if self.of[k] < self.biases {
+                    looseness.noise
+                } else {
+                    1.0
+                }
+            }
             k if k < self.stated + self.numbers => looseness.spread,
             _ => looseness.disturbance,
         })

@@ -1,11 +1,12 @@
 //! The search: every place and kind to the end of its fit, then sets of two and more that explain what one leaves.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
 use rayon::prelude::*;
 
 use super::evidence::{Explained, Freedom, Posterior};
 use super::profiles::Profiles;
+use super::relaxation::Relaxation;
 use super::response::{Answer, Slope};
 use super::rows::{Errors, Looseness, Rows};
 use super::settings::AmplitudeSettings;
@@ -27,6 +28,8 @@ const FITTED: usize = 6;
 const MOST_REFERENCES: usize = 10;
 /// The first of them about which choices are made anew: beside a cause that bends two of them may change places for ever.
 const CHOOSING_REFERENCES: usize = 3;
+/// Iterations of a fit in which choices are made; in the rest of them the amplitudes come to rest. Chosen: half of all.
+const CHOOSING_ITERATIONS: usize = 6;
 
 /// A place and a kind.
 #[derive(Debug, Clone)]
@@ -59,6 +62,11 @@ impl Candidate {
     /// Whether its amplitude is a number of its own unit that may have any size: a path that the model lacks, and no factor.
     fn is_scale_free(&self) -> bool {
         self.has_tails && !self.is_signed
+    }
+
+    /// Unit in which an amplitude that is as large moves and stands, in its scale: its own size where it may have any.
+    fn unit(&self, amplitude: f64) -> f64 {
+        if self.is_scale_free() { amplitude.abs().max(1.0) } else { 1.0 }
     }
 
     /// The same in a log, with its slopes by functions of the rows, and whether its amplitude may run over these.
@@ -95,7 +103,7 @@ pub struct Fit {
 /// The machine with causes in force, made linear.
 #[derive(Debug)]
 pub struct Reference {
-    /// Amplitudes of each member in force, as in [`Fit::amplitudes`].
+    /// Amplitudes of each member in force, as in [`Fit::amplitudes`]: those that were asked for, within their range.
     pub amplitudes: Vec<Vec<f64>>,
     /// Change of the readings with all of them in force, K.
     pub change: Vec<f64>,
@@ -134,12 +142,12 @@ pub struct Search<'a> {
     pub profiles: &'a Profiles,
     /// The same of fits about the machine with the set in force.
     pub all_profiles: &'a Profiles,
-    /// Blocks under each size of the disturbance; in logs under each wandering error.
-    pub rows: Vec<Arc<Rows>>,
+    /// Rows of a table under each looseness that was asked for.
+    pub rows: Mutex<Vec<Arc<Rows>>>,
 }
 
 impl<'a> Search<'a> {
-    /// A search; the blocks are factored once, in logs for wandering errors `near` one where there is one.
+    /// A search.
     pub fn new(
         errors: &'a Errors,
         residual: &'a [f64],
@@ -147,30 +155,22 @@ impl<'a> Search<'a> {
         settings: &'a AmplitudeSettings,
         about: Option<About<'a>>,
         (profiles, all_profiles): (&'a Profiles, &'a Profiles),
-        near: Option<Looseness>,
     ) -> Self {
-        let rows: Vec<Arc<Rows>> = match &errors.log {
-            None => settings.disturbances.par_iter().filter_map(|size| Rows::new(errors, *size).map(Arc::new)).collect(),
-            Some(log) => {
-                let sizes = near.map_or_else(|| settings.wanderings.clone(), |near| near_by(&settings.wanderings, near.wandering));
-                sizes.par_iter().map(|size| Rows::of_logs(errors, log, *size)).collect()
-            }
-        };
-        Self { errors, residual, candidates, settings, about, profiles, all_profiles, rows }
+        Self { errors, residual, candidates, settings, about, profiles, all_profiles, rows: Mutex::default() }
     }
 
     /// This search with the errors of a fit.
     pub fn beside<'b>(&'b self, fit: &'b Fit) -> Search<'b> {
         let errors = fit.errors.as_deref().unwrap_or(self.errors);
         let profiles = (self.profiles, self.all_profiles);
-        Search::new(errors, self.residual, self.candidates, self.settings, self.about, profiles, Some(fit.looseness))
+        Search::new(errors, self.residual, self.candidates, self.settings, self.about, profiles)
     }
 
     /// This search with the errors of a fit, in which amplitudes may follow curves.
     pub fn with_errors_of<'b>(&'b self, fit: &'b Fit) -> Search<'b> {
         let errors = fit.errors.as_deref().unwrap_or(self.errors);
         let profiles = (self.all_profiles, self.all_profiles);
-        Search::new(errors, self.residual, self.candidates, self.settings, self.about, profiles, Some(fit.looseness))
+        Search::new(errors, self.residual, self.candidates, self.settings, self.about, profiles)
     }
 
     /// Whether amplitudes are given by coefficients: in logs.
@@ -207,15 +207,19 @@ impl<'a> Search<'a> {
         self.settings.sizes.iter().copied().fold(0.0, f64::max)
     }
 
-    /// Sizes that are tried of an amplitude. What may be many times the usual has a prior with tails like 1/a²: beyond the sizes that all have it
-    /// has the one next to the amplitude, each three times the one before.
-    pub(super) fn sizes(&self, candidate: &Candidate, own: &[f64]) -> Vec<f64> {
+    /// Sizes that are tried of an amplitude, the present one among them. What may be many times the usual has a prior with tails like 1/a²:
+    /// beyond the sizes that all have it has those next to the amplitude on both sides, each three times the one before.
+    pub(super) fn sizes(&self, candidate: &Candidate, own: &[f64], present: f64) -> Vec<f64> {
         let mut sizes = self.settings.sizes.clone();
         let (least, most, amplitude) = (sizes[0], self.largest_size(), self.size_of(own));
         if candidate.has_tails && amplitude > most && most > least {
-            let ratio = most / least;
-            sizes.push(least * ratio.powf((amplitude / least).log(ratio).ceil()));
+            let (ratio, steps) = (most / least, (amplitude / least).log(most / least));
+            sizes.extend([steps.floor(), steps.ceil()].map(|step| least * ratio.powf(step)));
         }
+        sizes.push(present);
+        sizes.retain(|size| *size > 0.0);
+        sizes.sort_by(f64::total_cmp);
+        sizes.dedup_by(|next, last| *next <= *last * (1.0 + 1e-9));
         sizes
     }
 
@@ -231,7 +235,7 @@ impl<'a> Search<'a> {
     pub fn refined(&self, fit: Fit) -> Fit {
         let Some(about) = self.about else { return fit };
         let mut fit = fit;
-        let mut moved = f64::INFINITY;
+        let (mut moved, mut relaxation) = (f64::INFINITY, Relaxation::default());
         for place in 0..MOST_REFERENCES {
             let known = fit.errors.as_deref().filter(|_| moved < NEAR);
             let Some((reference, mut errors)) = about(&fit.members, &fit.amplitudes, false, known) else {
@@ -244,18 +248,32 @@ impl<'a> Search<'a> {
             }
             let begun = Fit { errors: Some(Arc::new(errors)), reference: Some(Arc::new(reference)), stands: false, ..fit };
             fit = self.with_errors_of(&begun).fit_from(begun.clone(), place >= CHOOSING_REFERENCES);
-            let steps = fit.reference.iter().flat_map(|own| own.amplitudes.iter().zip(&fit.amplitudes)).flat_map(|(a, b)| a.iter().zip(b));
-            moved = steps.fold(0.0, |most: f64, (a, b)| most.max((a - b).abs() / a.abs().max(1.0)));
+            let steps = self.steps(&begun, &fit);
+            moved = steps.iter().fold(0.0, |most: f64, step| most.max(step.abs()));
             if !fit.log_evidence.is_finite() || moved < STANDS {
                 return fit;
+            }
+            if place >= CHOOSING_REFERENCES {
+                let share = relaxation.share(steps);
+                let both = fit.amplitudes.iter_mut().zip(&begun.amplitudes).flat_map(|(a, b)| a.iter_mut().zip(b));
+                both.for_each(|(a, b)| *a = b + share * (*a - b));
             }
         }
         Fit { stands: false, log_evidence: f64::NEG_INFINITY, ..fit }
     }
 
+    /// Steps of all amplitudes from one fit of a set to another: in units of their scale, and of the amplitude where it is larger.
+    fn steps(&self, from: &Fit, to: &Fit) -> Vec<f64> {
+        let steps = from.amplitudes.iter().zip(&to.amplitudes).flat_map(|(a, b)| {
+            let of_coefficients = self.is_log().then(|| self.size_of(a));
+            a.iter().zip(b).map(move |(a, b)| (b - a) / of_coefficients.unwrap_or(a.abs()).max(1.0))
+        });
+        steps.collect()
+    }
+
     /// The machine as it is.
     pub fn nothing(&self) -> Fit {
-        let (looseness, log_evidence) = self.loosest(&self.linear(&[], &[], None), &[], None);
+        let (looseness, log_evidence) = self.loosest(&self.linear(&[], &[], None), &[], Looseness::default(), false);
         Fit {
             members: Vec::new(),
             freedoms: Vec::new(),
@@ -300,10 +318,9 @@ impl<'a> Search<'a> {
         Linear { residual, slopes }
     }
 
-    /// The linear model about a fit, with the rows that it is whitened by.
-    pub fn about(&self, fit: &Fit) -> (&Rows, Linear) {
-        let linear = self.linear(&fit.members, &fit.amplitudes, fit.reference.as_deref());
-        (self.rows_at(fit.looseness), linear)
+    /// The linear model about a fit.
+    pub fn linear_about(&self, fit: &Fit) -> Linear {
+        self.linear(&fit.members, &fit.amplitudes, fit.reference.as_deref())
     }
 
     /// Fits a set from where it begins.
@@ -316,21 +333,23 @@ impl<'a> Search<'a> {
         let mut fit = begun;
         let is_known = is_settled;
         for iteration in 0..MOST_ITERATIONS {
-            let (_, linear) = self.about(&fit);
+            let linear = self.linear_about(&fit);
             let before = (fit.freedoms.clone(), fit.looseness);
             if !is_settled {
                 let all: Vec<(usize, usize)> = fit.members.iter().copied().enumerate().collect();
-                fit.freedoms = self.freest(&linear, &fit.freedoms, &fit.amplitudes, (&all, true), fit.looseness).0;
+                let by = Open { members: &all, with_curves: true, are_bounded: true };
+                fit.freedoms = self.freest(&linear, &fit.freedoms, &fit.amplitudes, by, fit.looseness).0;
             }
-            let near = (iteration > 0 || is_known && self.is_log()).then_some(fit.looseness);
-            (fit.looseness, fit.log_evidence) = self.loosest(&linear, &fit.freedoms, near);
+            let is_near = iteration > 0 || is_known && self.is_log();
+            (fit.looseness, fit.log_evidence) = self.loosest(&linear, &fit.freedoms, fit.looseness, is_near);
             // Choices that stood once stand to the end: the amplitudes come to rest beneath them.
-            is_settled |= iteration > 0 && before == (fit.freedoms.clone(), fit.looseness);
-            let (rows, followed) = (self.rows_at(fit.looseness), self.followed(&fit.freedoms));
-            let explained = Explained::new(rows, self.profiles, &linear.residual, &linear.slopes, &followed);
+            is_settled |= iteration + 1 == CHOOSING_ITERATIONS || iteration > 0 && before == (fit.freedoms.clone(), fit.looseness);
+            let (Some(rows), followed) = (self.rows_at(fit.looseness), self.followed(&fit.freedoms)) else { break };
+            let explained = Explained::new(&rows, self.profiles, &linear.residual, &linear.slopes, &followed);
             let Some(posterior) = explained.posterior(&fit.freedoms, fit.looseness) else { break };
-            let found = if self.is_log() { posterior.coefficients() } else { posterior.amplitudes() };
-            let beyond = self.beyond(&fit, &found, &posterior);
+            let found = self.most_probable(&posterior);
+            let beyond: f64 =
+                (0..found.len()).map(|k| self.beyond(fit.members[k], fit.freedoms[k], &found[k], || posterior.variances(k))).sum();
             let Some(most) = self.step(&mut fit, found) else { return Fit { log_evidence: f64::NEG_INFINITY, ..fit } };
             fit.log_evidence -= beyond;
             fit.stands = most < STANDS;
@@ -345,25 +364,32 @@ impl<'a> Search<'a> {
         fit
     }
 
-    /// Evidence that a fit loses where its amplitudes want to be beyond their range: half the square of how far, in standard deviations. An
-    /// amplitude that is alike in all rows counts once, one that is new in every row in each, and of a curve the row that is furthest. An exchange
-    /// that differs from row to row is in each row there or not; one that is alike may have any size, for something else may be missing.
-    fn beyond(&self, fit: &Fit, found: &[Vec<f64>], posterior: &Posterior<'_>) -> f64 {
-        let of = |(k, own): (usize, &Vec<f64>)| {
-            let (candidate, freedom) = (&self.candidates[fit.members[k]], fit.freedoms[k]);
-            let (low, high) = candidate.range;
-            let low = if candidate.is_signed { low } else { low.max(0.0) };
-            let course = if self.is_log() { self.all_profiles.course(own) } else { own.clone() };
-            let is_alike = freedom.freedom == 0.0 && freedom.curve.is_none();
-            let beyond = |a: &f64| if candidate.is_fixed { a.abs().min((a - 1.0).abs()) } else { (low - a).max(a - high).max(0.0) };
-            let excess: Vec<f64> = course.iter().map(beyond).collect();
-            if candidate.is_fixed && is_alike || excess.iter().all(|e| *e < STANDS) {
-                return 0.0;
-            }
-            let squares = excess.iter().zip(posterior.variances(k)).map(|(e, variance)| e * e / variance.max(f64::MIN_POSITIVE));
-            0.5 * if freedom.freedom > 0.0 { squares.sum::<f64>() } else { squares.fold(0.0, f64::max) }
-        };
-        found.iter().enumerate().map(of).sum()
+    /// Evidence that a fit loses where an amplitude wants to be beyond its range: half the square of how far, in standard deviations. One that
+    /// is alike in all rows counts once, one that is new in every row in each, and of a curve the row that is furthest. An exchange that differs
+    /// from row to row is in each row there or not; one that is alike may have any size, for something else may be missing.
+    pub(super) fn beyond(&self, member: usize, freedom: Freedom, found: &[f64], variances: impl FnOnce() -> Vec<f64>) -> f64 {
+        let candidate = &self.candidates[member];
+        let (low, high) = candidate.range;
+        let low = if candidate.is_signed { low } else { low.max(0.0) };
+        let course = self.course(found);
+        let is_alike = freedom.freedom == 0.0 && freedom.curve.is_none();
+        let beyond = |a: &f64| if candidate.is_fixed { a.abs().min((a - 1.0).abs()) } else { (low - a).max(a - high).max(0.0) };
+        let excess: Vec<f64> = course.iter().map(beyond).collect();
+        if candidate.is_fixed && is_alike || excess.iter().all(|e| *e < STANDS) {
+            return 0.0;
+        }
+        let squares = excess.iter().zip(variances()).map(|(e, variance)| e * e / variance.max(f64::MIN_POSITIVE));
+        0.5 * if freedom.freedom > 0.0 { squares.sum::<f64>() } else { squares.fold(0.0, f64::max) }
+    }
+
+    /// An amplitude in every row.
+    pub(super) fn course(&self, own: &[f64]) -> Vec<f64> {
+        if self.is_log() { self.all_profiles.course(own) } else { own.to_vec() }
+    }
+
+    /// The most probable amplitudes of a posterior: in logs their coefficients.
+    pub(super) fn most_probable(&self, posterior: &Posterior<'_>) -> Vec<Vec<f64>> {
+        if self.is_log() { posterior.coefficients() } else { posterior.amplitudes() }
     }
 
     /// Moves the amplitudes of a fit towards those found; returns the longest step of one that bends, in units of its scale. `None` where a
@@ -378,14 +404,15 @@ impl<'a> Search<'a> {
             // What is in force is linear about the machine that has it, however the choices beside it change.
             let in_force = fit.reference.as_deref().and_then(|all| all.amplitudes.get(k).cloned());
             let is_followed = fit.reference.as_deref().is_some_and(|all| !all.others.is_empty());
-            let from = in_force.or_else(|| is_followed.then(|| vec![0.0; own.len()]));
-            for (i, (a, to)) in own.iter_mut().zip(found).enumerate() {
-                let is_bounded = !self.is_log() || i == 0;
-                let to = if is_bounded { to.clamp(candidate.range.0, candidate.range.1) } else { to };
-                let from = from.as_ref().map_or(*a, |from| from[i]);
+            let from = in_force.or_else(|| is_followed.then(|| vec![0.0; own.len()])).unwrap_or_else(|| own.clone());
+            let of_coefficients = self.is_log().then(|| candidate.unit(self.size_of(&from)));
+            for (i, ((a, to), from)) in own.iter_mut().zip(found).zip(from).enumerate() {
+                let is_law = self.is_log() && i > 0;
+                let to = if is_law { to } else { to.clamp(candidate.range.0, candidate.range.1) };
+                let unit = of_coefficients.unwrap_or_else(|| candidate.unit(from));
+                let up = LONGEST_STEP * unit;
                 // An amplitude of any size moves by a factor, the same up and down.
-                let unit = if candidate.is_scale_free() { from.abs().max(1.0) } else { 1.0 };
-                let (down, up) = (LONGEST_STEP * if unit > 1.0 { unit / (1.0 + LONGEST_STEP) } else { 1.0 }, LONGEST_STEP * unit);
+                let down = if is_law || unit <= 1.0 { up } else { up / (1.0 + LONGEST_STEP) };
                 let to = if is_straight { to } else { from + (to - from).clamp(-down, up) };
                 let step = (to - *a) / unit;
                 *a = to;
@@ -409,9 +436,9 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// A looseness without disturbance.
+    /// A looseness without what may take the place of a cause: disturbance, errors of conditions, and more noise than is stated.
     pub(super) fn still(&self, looseness: Looseness) -> Looseness {
-        Looseness { disturbance: self.disturbances()[0], ..looseness }
+        Looseness { spread: looseness.spread, wandering: looseness.wandering, ..Looseness::default() }
     }
 
     /// A set with one further place, where its linear model has the largest evidence.
@@ -437,7 +464,7 @@ impl<'a> Search<'a> {
             amplitudes.push(self.alike(knot));
             let linear = self.linear(&members, &amplitudes, fit.reference.as_deref());
             // In logs a cause may act by its law alone.
-            let by = (&[(own, further)][..], self.is_log());
+            let by = Open { members: &[(own, further)], with_curves: self.is_log(), are_bounded: false };
             let (mut found, mut log_evidence) = self.freest(&linear, &freedoms, &amplitudes, by, looseness);
             // What bends begins at large amplitudes too; of what is straight the readings say how much they ask for.
             if candidate.has_tails
@@ -471,8 +498,8 @@ impl<'a> Search<'a> {
 
     /// How large the linear model asks a member to be.
     fn asked(&self, linear: &Linear, freedoms: &[Freedom], looseness: Looseness, member: usize) -> Option<f64> {
-        let rows = self.rows_at(looseness);
-        let explained = Explained::new(rows, self.profiles, &linear.residual, &linear.slopes, &self.followed(freedoms));
+        let rows = self.rows_at(looseness)?;
+        let explained = Explained::new(&rows, self.profiles, &linear.residual, &linear.slopes, &self.followed(freedoms));
         let posterior = explained.posterior(freedoms, looseness)?;
         let found = if self.is_log() { posterior.coefficients() } else { posterior.amplitudes() };
         found.get(member).map(|own| self.size_of(own))
@@ -513,6 +540,16 @@ impl<'a> Search<'a> {
     }
 }
 
+/// Members of a set whose ways are chosen, each with its candidate.
+#[derive(Clone, Copy)]
+pub(super) struct Open<'a> {
+    pub members: &'a [(usize, usize)],
+    /// Whether their amplitudes may follow curves and laws.
+    pub with_curves: bool,
+    /// Whether ways lose evidence by amplitudes beyond their range, which takes a posterior each.
+    pub are_bounded: bool,
+}
+
 /// A residual without members, and their slopes.
 pub struct Linear {
     /// K
@@ -527,7 +564,7 @@ pub(super) fn near_by(all: &[f64], value: f64) -> Vec<f64> {
     all[at.saturating_sub(1)..(at + 2).min(all.len())].to_vec()
 }
 
-fn ordered(members: &[usize]) -> Vec<usize> {
+pub(super) fn ordered(members: &[usize]) -> Vec<usize> {
     let mut all = members.to_vec();
     all.sort_unstable();
     all

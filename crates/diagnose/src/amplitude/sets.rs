@@ -2,12 +2,16 @@
 
 use rayon::prelude::*;
 
+use super::evidence::Explained;
 use super::gross::Gross;
-use super::search::{Fit, GROWING, Search, sorted};
+use super::search::{Fit, GROWING, Search, ordered, sorted};
 use coldplate_base::progress::Progress;
 
 /// Places of one set at most.
 const MOST_PLACES: usize = 4;
+/// A member whose amplitude is nowhere as many standard deviations from nothing may be nothing. Chosen: beyond it the member explains more
+/// than any choice of it costs.
+const MAY_BE_NOTHING: f64 = 4.0;
 
 /// Sets of one size. A gross error can hide a cause, and a cause look like gross errors: sets grow from both.
 struct OfOneSize {
@@ -61,6 +65,8 @@ pub fn fitted(search: &Search<'_>, gross: Option<&Gross<'_>>, most: usize, progr
         let begun = [search.grown(&last.cleared), gross.map_or_else(Vec::new, instead)].concat();
         last = OfOneSize::new(search, gross, most, search.grown(&last.whole), sorted(begun));
         all.extend(last.all().cloned());
+        // A set that was begun badly may be found from one with a place more.
+        all.extend(without_nothings(search, &all, &[&last.whole[..], &last.cleared[..]]));
         if last.most() <= before {
             break;
         }
@@ -77,14 +83,46 @@ fn refined(search: &Search<'_>, most: usize, mut fits: Vec<Fit>) -> Vec<Fit> {
     all
 }
 
+/// Sets without a member that may be nothing, fitted from where the most probable sets with it stand; those that are known to be more probable
+/// are left as they are.
+fn without_nothings(search: &Search<'_>, known: &[Fit], of_one_size: &[&[Fit]]) -> Vec<Fit> {
+    let mut begun: Vec<Fit> = Vec::new();
+    for fit in of_one_size.iter().flat_map(|fits| fits.iter().take(GROWING)) {
+        let deviations = seen(search, fit).0;
+        for (k, deviations) in deviations.iter().enumerate() {
+            let own = search.course(&fit.amplitudes[k]);
+            if own.iter().zip(deviations).any(|(a, deviation)| a.abs() > MAY_BE_NOTHING * deviation) {
+                continue;
+            }
+            let mut less = Fit { reference: None, stands: false, log_evidence: f64::NEG_INFINITY, ..fit.clone() };
+            less.members.remove(k);
+            less.freedoms.remove(k);
+            less.amplitudes.remove(k);
+            less.log_prior = search.log_prior(&less.members);
+            let is_same = |other: &&Fit| ordered(&other.members) == ordered(&less.members) && other.aside == less.aside;
+            let is_known = known.iter().filter(is_same).any(|other| other.log_posterior() > fit.log_posterior());
+            if !is_known && !begun.iter().any(|other| is_same(&other)) {
+                begun.push(less);
+            }
+        }
+    }
+    refined(search, begun.len(), begun)
+}
+
 /// The most probable fit of each set, most probable first.
 fn distinct(mut fits: Vec<Fit>) -> Vec<Fit> {
     fits.sort_by(|a, b| b.log_posterior().total_cmp(&a.log_posterior()));
-    let mut seen = std::collections::HashSet::new();
-    fits.retain(|fit| {
-        let mut own = fit.members.clone();
-        own.sort_unstable();
-        seen.insert(own)
-    });
+    let mut known = std::collections::HashSet::new();
+    fits.retain(|fit| known.insert(ordered(&fit.members)));
     fits
+}
+
+/// Deviations of the amplitudes of each member, and the density of each row given all others.
+pub fn seen(search: &Search<'_>, fit: &Fit) -> (Vec<Vec<f64>>, Vec<f64>) {
+    let search = search.with_errors_of(fit);
+    let (Some(rows), linear) = (search.rows_at(fit.looseness), search.linear_about(fit)) else { return Default::default() };
+    let explained = Explained::new(&rows, search.profiles, &linear.residual, &linear.slopes, &search.followed(&fit.freedoms));
+    let Some(posterior) = explained.posterior(&fit.freedoms, fit.looseness) else { return Default::default() };
+    let deviations = |m: usize| posterior.variances(m).into_iter().map(f64::sqrt).collect();
+    ((0..fit.members.len()).map(deviations).collect(), posterior.kept_out())
 }

@@ -15,9 +15,16 @@ pub struct AmplitudeSettings {
     pub disturbances: Vec<f64>,
     /// Price of the disturbance in log evidence, per unit: an exponential prior of mean 5 %.
     pub disturbance_price: f64,
-    /// Errors of the conditions of each row of a table that come with a disturbance of size one, as multiples of what is stated of them. Chosen:
-    /// where heats repeat within 1 %, conditions are off once more by what is stated of their instruments.
-    pub condition_errors: f64,
+    /// Further errors of the conditions of each row of a table that are tried, as multiples of what is stated of them: water and room differ
+    /// from test to test by more than their instruments do.
+    pub condition_errors: Vec<f64>,
+    /// Price of these in log evidence, per multiple: an exponential prior of mean 3.
+    pub condition_price: f64,
+    /// Noise of readings and biases of sensors that are tried, as multiples of what is stated of them. Chosen: what is stated comes from data
+    /// sheets, which know neither the mounting nor the cabling; beyond three times it a sensor is broken.
+    pub noises: Vec<f64>,
+    /// Price of these in log evidence, per multiple beyond the first: an exponential prior of mean one half.
+    pub noise_price: f64,
     /// Sizes of the disturbance of logs that are tried, where the heat wanders with the time: sun, draught and duty that no column tells may be a third of
     /// the mean heat.
     pub wandering_heats: Vec<f64>,
@@ -49,7 +56,8 @@ pub struct AmplitudeSettings {
     /// say which.
     pub most_wrong: f64,
     /// Looseness beyond which a model without causes is wrong in some way that nothing names: numbers of a careful machine file are known to
-    /// 2 %, and the heats of a test bench repeat within 3 %.
+    /// 2 %, the heats of a test bench repeat within 3 %, its conditions within three times what is stated, and instruments are no worse than twice
+    /// what is stated of them.
     pub usual: Looseness,
     /// Probability of a misfit, under all that a model leaves open, below which more is wrong than what is named: two in a thousand clean
     /// tables.
@@ -67,7 +75,9 @@ impl AmplitudeSettings {
     pub(crate) fn is_usual(&self, looseness: &Looseness) -> bool {
         looseness.spread <= self.usual.spread
             && looseness.disturbance <= self.usual.disturbance
+            && looseness.conditions <= self.usual.conditions
             && looseness.wandering <= self.usual.wandering
+            && looseness.noise <= self.usual.noise
     }
 }
 
@@ -78,7 +88,10 @@ impl Default for AmplitudeSettings {
             spread_price: 30.0,
             disturbances: vec![0.0, 0.01, 0.03, 0.1],
             disturbance_price: 20.0,
-            condition_errors: 100.0,
+            condition_errors: vec![0.0, 1.0, 3.0, 10.0],
+            condition_price: 0.3,
+            noises: vec![1.0, 1.5, 2.0, 3.0],
+            noise_price: 2.0,
             wandering_heats: vec![0.0, 0.01, 0.03, 0.1, 0.3],
             wanderings: vec![0.0, 0.015, 0.05, 0.15, 0.5, 1.5],
             wandering_price: 10.0,
@@ -87,7 +100,7 @@ impl Default for AmplitudeSettings {
             sizes: vec![1.0, 3.0],
             choice_price: 1.0,
             expected_causes: 0.7,
-            usual: Looseness { spread: 0.02, disturbance: 0.03, wandering: 0.1 },
+            usual: Looseness { spread: 0.02, disturbance: 0.03, conditions: 3.0, wandering: 0.1, noise: 2.0 },
             alarm: 0.002,
             least_share: 0.5,
             certain: 0.9,

@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use super::force::{self, Forced};
+use super::force::{self, Acting, Forced};
 use super::logs::rows_that_count;
 use super::response::Slope;
 use super::rows::Errors;
@@ -49,6 +49,7 @@ impl Table<'_> {
         if !members.iter().zip(amplitudes).all(is_said) {
             return None;
         }
+        let amplitudes = &self.within(members, amplitudes)[..];
         let (forced, change) = self.with(members, amplitudes)?;
         let slope = |k: usize| -> Option<Slope> {
             if self.visible[members[k]].0.is_fixed() {
@@ -60,10 +61,14 @@ impl Table<'_> {
                 let (without, whole) = (self.with(members, &without)?.1, self.with(members, &whole)?.1);
                 return Some(Slope::OfRow(whole.iter().zip(&without).map(|(w, o)| w - o).collect()));
             }
+            // At the upper end of its range an amplitude goes down.
+            let most = self.range(members[k]).1;
+            let steps: Vec<f64> = amplitudes[k].iter().map(|a| if a + STEP > most { -STEP } else { STEP }).collect();
             let mut more = amplitudes.to_vec();
-            more[k].iter_mut().for_each(|a| *a += STEP);
+            more[k].iter_mut().zip(&steps).for_each(|(a, step)| *a += step);
             let (_, more) = self.with(members, &more)?;
-            Some(Slope::OfRow(more.iter().zip(&change).map(|(m, c)| (m - c) / STEP).collect()))
+            let of = |(i, (m, c)): (usize, (&f64, &f64))| (m - c) / steps[self.errors.row_of[i]];
+            Some(Slope::OfRow(more.iter().zip(&change).enumerate().map(of).collect()))
         };
         let slopes = (0..members.len()).map(slope).collect::<Option<Vec<_>>>()?;
         let errors = match known {
@@ -77,27 +82,42 @@ impl Table<'_> {
         Some((Reference { amplitudes: amplitudes.to_vec(), change, slopes, others: Vec::new() }, errors))
     }
 
+    /// The range of the amplitude of a member, in units of its scale.
+    fn range(&self, member: usize) -> (f64, f64) {
+        let (h, size) = (self.visible[member].0, self.sizes[member]);
+        let (least, most) = if h.is_fixed() { (0.0, 1.0) } else { h.range() };
+        (size.position(least), size.position(most))
+    }
+
+    /// Amplitudes within their ranges.
+    fn within(&self, members: &[usize], amplitudes: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let of = |(m, own): (&usize, &Vec<f64>)| {
+            let (least, most) = self.range(*m);
+            own.iter().map(|a| a.clamp(least, most)).collect()
+        };
+        members.iter().zip(amplitudes).map(of).collect()
+    }
+
     /// The machine with members in force, and the change of the readings, K.
     fn with(&self, members: &[usize], amplitudes: &[Vec<f64>]) -> Option<(Forced, Vec<f64>)> {
         let data = &self.problem.data;
         let read = rows_that_count(data);
         let course = |(m, own): (&usize, &Vec<f64>)| {
             let (h, size) = (self.visible[*m].0, self.sizes[*m]);
-            let (least, most) = if h.is_fixed() { (0.0, 1.0) } else { h.range() };
             let mut values = vec![0.0; data.rows.len()];
-            read.iter().zip(own).for_each(|(row, a)| values[*row] = size.amplitude(*a).clamp(least, most));
-            (h, values)
+            read.iter().zip(own).for_each(|(row, a)| values[*row] = size.amplitude(*a));
+            Acting { hypothesis: h, values, is_held: false }
         };
-        let courses: Vec<(&Hypothesis, Vec<f64>)> = members.iter().zip(amplitudes).map(course).collect();
+        let courses: Vec<Acting<'_>> = members.iter().zip(amplitudes).map(course).collect();
         let forced = Forced::new(self.problem, self.predictor, &courses)?;
         let places = whiten::places(data);
-        let acts = courses.iter().any(|(h, _)| !h.is_sensor());
+        let acts = courses.iter().any(|own| !own.hypothesis.is_sensor());
         let values = match acts {
             true => identify::steady_near(&forced.problem.study, &forced.problem.data, self.predictor.fields).ok()?.0,
             false => self.predictor.predicted.to_vec(),
         };
         let mut values = force::shown((&forced.scales, &forced.problem), &values, &forced.laws, None);
-        for (h, course) in &courses {
+        for Acting { hypothesis: h, values: course, .. } in &courses {
             // Exchanged sensors read with the mesh's share at the other one's place.
             for (i, from) in h.relabelled(&places).into_iter().flatten().enumerate() {
                 values[i] += course[places[i].0] * (self.base.mesh[from] - self.base.mesh[i]);

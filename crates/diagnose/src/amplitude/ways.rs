@@ -124,8 +124,8 @@ impl Ways<'_> {
     /// Laws of a member, and no known law, best first.
     fn choices(&self, search: &Search<'_>, fit: &Fit, m: usize) -> Vec<Choice> {
         let linear = search.linear(&fit.members, &fit.amplitudes, fit.reference.as_deref());
-        let rows = search.rows_at(fit.looseness);
-        let explained = Explained::new(rows, search.profiles, &linear.residual, &linear.slopes, &search.followed(&fit.freedoms));
+        let Some(rows) = search.rows_at(fit.looseness) else { return vec![self.as_found(fit, m, 0.0)] };
+        let explained = Explained::new(&rows, search.profiles, &linear.residual, &linear.slopes, &search.followed(&fit.freedoms));
         let mut without = fit.freedoms.clone();
         without[m] = Freedom::constant(0.0);
         let Some(others) = explained.posterior(&without, fit.looseness) else { return vec![self.as_found(fit, m, 0.0)] };
@@ -143,7 +143,7 @@ impl Ways<'_> {
             unknown.push(self.as_found(fit, m, evidence(own).unwrap_or(f64::NEG_INFINITY) - price(own) - ground));
         }
         let smooth = search.profiles;
-        let sizes = search.sizes(&search.candidates[fit.members[m]], &fit.amplitudes[m]);
+        let sizes = search.sizes(&search.candidates[fit.members[m]], &fit.amplitudes[m], fit.freedoms[m].size);
         let singles = DMatrix::from_fn(self.row_count(), self.laws.len(), |row, f| self.laws.single(f).factors[row]);
         let mut columns = DMatrix::zeros(self.row_count(), smooth.of.len() + self.laws.len());
         columns.columns_range_mut(..smooth.of.len()).copy_from(&smooth.functions);
@@ -230,8 +230,8 @@ impl Ways<'_> {
         }
         let fitted = search.fit_from(begun, true);
         let log = fitted.log_evidence - of.iter().map(|choice| choice.price).sum::<f64>();
-        let (rows, linear) = search.about(&fitted);
-        let explained = Explained::new(rows, search.profiles, &linear.residual, &linear.slopes, &search.followed(&fitted.freedoms));
+        let (rows, linear) = (search.rows_at(fitted.looseness)?, search.linear_about(&fitted));
+        let explained = Explained::new(&rows, search.profiles, &linear.residual, &linear.slopes, &search.followed(&fitted.freedoms));
         let posterior = explained.posterior(&fitted.freedoms, fitted.looseness)?;
         let cause = |(m, choice): (usize, &&Choice)| {
             let deviations: Vec<f64> = posterior.variances(m).into_iter().map(f64::sqrt).collect();

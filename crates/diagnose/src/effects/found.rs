@@ -5,6 +5,7 @@
 use super::law::nine_digits;
 use crate::when::TEST_NUMBER;
 use coldplate_base::numbers::significant;
+use coldplate_base::units::ZERO_CELSIUS;
 use coldplate_describe::machine::Condition;
 use coldplate_evidence::measurement::TIME;
 
@@ -24,6 +25,8 @@ pub struct Axis {
     pub unit: String,
     /// SI per unit.
     pub per_unit: f64,
+    /// Whether it is a temperature, in kelvin here, which readers are told in degC.
+    pub is_temperature: bool,
     /// Least value in the data.
     pub least: f64,
     /// Largest value in the data.
@@ -51,7 +54,11 @@ impl Axis {
     }
 
     fn number(&self, value: f64) -> String {
-        if self.unit == "1" { significant(value, 4) } else { format!("{} {}", significant(value, 4), self.unit) }
+        match self.unit.as_str() {
+            _ if self.is_temperature => format!("{} degC", significant(value - ZERO_CELSIUS, 4)),
+            "1" => significant(value, 4),
+            unit => format!("{} {unit}", significant(value, 4)),
+        }
     }
 }
 
@@ -326,7 +333,22 @@ mod tests {
 
     fn axis() -> Axis {
         let shown = "speed".to_string();
-        Axis { variable: 0, name: "speed_rpm".into(), unit: "rpm".into(), shown, per_unit: 0.5, least: 100.0, most: 1000.0 }
+        Axis {
+            variable: 0,
+            name: "speed_rpm".into(),
+            unit: "rpm".into(),
+            shown,
+            per_unit: 0.5,
+            is_temperature: false,
+            least: 100.0,
+            most: 1000.0,
+        }
+    }
+
+    #[test]
+    fn temperatures_are_told_in_degrees_celsius() {
+        let axis = Axis { shown: "room".into(), unit: "K".into(), is_temperature: true, least: 288.15, most: 303.15, ..axis() };
+        assert_eq!(Course::Above(294.65).words(&axis), "only where room is above 21.50 degC");
     }
 
     /// What a machine file says is the law, at and between its points and beyond them.

@@ -103,6 +103,7 @@ struct VariableScale {
     unit: String,
     /// SI per unit; temperatures are in kelvin.
     per_unit: f64,
+    is_temperature: bool,
     /// Least and largest value in the data.
     least: f64,
     most: f64,
@@ -117,7 +118,8 @@ struct VariableScale {
 impl VariableScale {
     fn of(variable: &DescribedVariable, si: impl Iterator<Item = f64>) -> Self {
         let (name, unit) = variable.in_expressions();
-        let per_unit = if variable.dimension.is_absolute() { 1.0 } else { units::convert(1.0, &unit, variable.dimension).unwrap_or(1.0) };
+        let is_temperature = variable.dimension.is_absolute();
+        let per_unit = if is_temperature { 1.0 } else { units::convert(1.0, &unit, variable.dimension).unwrap_or(1.0) };
         let mut values: Vec<f64> = si.map(|si| si / per_unit).collect();
         values.sort_by(f64::total_cmp);
         let median = values.get(values.len() / 2).copied().unwrap_or(0.0);
@@ -139,6 +141,7 @@ impl VariableScale {
             name,
             unit,
             per_unit,
+            is_temperature,
             least,
             most,
             levels,
@@ -390,7 +393,8 @@ impl Scales {
     pub(crate) fn axis(&self, variable: usize) -> (Axis, &[f64]) {
         let own = &self.variables[variable];
         let (shown, name, unit) = (own.shown.clone(), own.name.clone(), own.unit.clone());
-        (Axis { variable, shown, name, unit, per_unit: own.per_unit, least: own.least, most: own.most }, &own.levels)
+        let VariableScale { per_unit, is_temperature, least, most, .. } = *own;
+        (Axis { variable, shown, name, unit, per_unit, is_temperature, least, most }, &own.levels)
     }
 
     /// Laws of one variable that is not negative: in proportion, by the square and by one over it where that is.

@@ -87,8 +87,8 @@ fn located(program: &str, folder: &Path, files: &Path) -> std::path::PathBuf {
 /// Ends a process with all that it has started.
 fn end(child: &mut Child) {
     #[cfg(unix)]
-    if let Ok(id) = i32::try_from(child.id()) {
-        let _ = nix::sys::signal::killpg(nix::unistd::Pid::from_raw(id), nix::sys::signal::Signal::SIGKILL);
+    if let Some(group) = i32::try_from(child.id()).ok().and_then(rustix::process::Pid::from_raw) {
+        let _ = rustix::process::kill_process_group(group, rustix::process::Signal::KILL);
     }
     // If the group is gone already there is nothing left to end.
     let _ = child.kill();

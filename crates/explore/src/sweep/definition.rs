@@ -6,7 +6,7 @@ use super::builder::{Builder, Space};
 use super::design::LevelSpacing;
 use super::plan::{ConditionGroup, Plan, Purpose};
 use coldplate_base::document::{Document, Section, Value, suggestion};
-use coldplate_base::error::{Error, Result};
+use coldplate_base::error::{Error, Faults, Result, all};
 use coldplate_base::units::Dimension;
 use coldplate_describe::machine::DescribedVariable;
 
@@ -72,6 +72,9 @@ const EMPTY: [(&str, &str); 3] = [
     ("accept", "limits stand in the machine file, as [limit.NAME]"),
 ];
 
+/// Tables that a design may have.
+const OF_DESIGNS: [&str; 8] = ["design", "one_factor", "range", "levels", "spacing", "hold", "validation", "follow"];
+
 /// Settings of the fit, as the file states them; see `FitOptions`.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct FitKeys {
@@ -99,33 +102,33 @@ impl SweepDefinition {
     pub fn new(document: Document) -> Result<Self> {
         let root = document.root();
         let folder = document.file().parent().unwrap_or(Path::new(""));
-        let machine = match root.has(SOLVER) {
-            true => root.opt_text("machine")?,
-            false => Some(root.text("machine")?),
-        };
-        let machine = machine.map(|machine| folder.join(machine));
-        let (name, cells) = (root.text("name")?, root.opt_integer("cells", 1)?);
+        // Each key by itself, so that all mistakes show at once.
+        let mut faults = Faults::default();
+        let machine = faults.take(if root.has(SOLVER) { root.opt_text("machine") } else { root.text("machine").map(Some) });
+        let machine = machine.flatten().map(|machine| folder.join(machine));
+        let name = faults.take(root.text("name"));
+        let cells = faults.take(root.opt_integer("cells", 1)).flatten();
         let mut set = Vec::new();
         if let Some(section) = root.opt("set") {
-            flatten(&section, "", &mut set)?;
+            faults.take(flatten(&section, "", &mut set));
         }
-        let files = |key: &str| -> Result<Vec<PathBuf>> {
-            Ok(root.opt_texts(key)?.unwrap_or_default().iter().map(|path| folder.join(path)).collect())
+        let mut files = |key: &str| -> Vec<PathBuf> {
+            let named = faults.take(root.opt_texts(key)).flatten().unwrap_or_default();
+            named.iter().map(|path| folder.join(path)).collect()
         };
-        let (compare, charts) = (files("compare")?, files("charts")?);
-        for (table, help) in EMPTY {
-            let section = root.section_or_empty(table)?;
-            if let Some(key) = section.keys().next() {
-                return Err(section.error_at(key, format!("unknown key '{key}': [{table}] has none")).help(help));
-            }
+        let (compare, charts) = (files("compare"), files("charts"));
+        for table in EMPTY {
+            faults.take(has_no_keys(&root, table));
         }
-        let fit = fit_keys(&root)?;
-        let uncertainty = Openness::read(&root)?;
-        let accuracy = root.opt_positive("accuracy", Dimension::DIFFERENCE)?;
+        let fit = faults.take(fit_keys(&root));
+        let uncertainty = faults.take(Openness::read(&root));
+        let accuracy = faults.take(root.opt_positive("accuracy", Dimension::DIFFERENCE)).flatten();
         if accuracy.is_some() && root.has(SOLVER) {
             let error = root.error_at("accuracy", "another program solves this sweep: there is no network to make a reduced model of");
-            return Err(error.help("remove the line"));
+            faults.take::<()>(Err(error.help("remove the line")));
         }
+        faults.end()?;
+        let (name, fit, uncertainty) = (name.unwrap_or_default(), fit.unwrap_or_default(), uncertainty.unwrap_or(Openness::All));
         Ok(Self { name, machine, cells, set, compare, charts, fit, uncertainty, accuracy, document })
     }
 
@@ -153,15 +156,23 @@ impl SweepDefinition {
         }
         let sweeps = root.tables("one_factor")?;
         let mut builder = Builder::new(self.name.clone(), variables);
+        let mut faults = Faults::default();
         if root.has("design") || sweeps.is_empty() {
-            self.one_design(&root, variables, &mut builder)?;
+            faults.take(self.one_design(&root, variables, &mut builder));
         }
-        if let Some(section) = root.opt_section("follow")? {
-            follow(section, variables, &mut builder)?;
+        if let Some(section) = faults.take(root.opt_section("follow")).flatten() {
+            faults.take(follow(section, variables, &mut builder));
         }
-        let common = held(&root, variables)?;
+        let common = faults.take(held(&root, variables)).unwrap_or_default();
         for sweep in sweeps {
-            one_factor(sweep, variables, &common, &mut builder)?;
+            faults.take(one_factor(sweep, variables, &common, &mut builder));
+        }
+        if let Err(error) = faults.end() {
+            // Tables behind the first mistake of a design were not asked for.
+            for key in OF_DESIGNS {
+                let _ = root.has(key);
+            }
+            return Err(error.and(root.finish().err()));
         }
         root.finish()?;
         let plan = builder.finish().map_err(|e| e.in_file(self.document.file()))?;
@@ -177,20 +188,25 @@ impl SweepDefinition {
                 .error(format!("a design of kind '{kind}' has as many runs as are given, whatever the accuracy"))
                 .help("write kind = \"adaptive\" to add runs until the accuracy is reached, or remove the line"));
         }
-        let held = held(root, variables)?;
         if kind == "list" {
+            let held = held(root, variables)?;
             let file = self.document.file().parent().unwrap_or(Path::new("")).join(design.text("file")?);
             builder.list(&file, &held)?;
             return design.finish();
         }
-        let spacings = spacings(root, variables)?;
+        let mut faults = Faults::default();
+        let held = faults.take(held(root, variables)).unwrap_or_default();
+        let spacings = faults.take(spacings(root, variables)).unwrap_or_default();
         let mut space = builder.space(&held);
-        for (at, value) in by_variable(root, "range", variables)? {
-            let (low, high) = value.range(variables[at].dimension)?;
-            variables[at].check(low).map_err(|e| value.place(e))?;
+        for (at, value) in faults.take(by_variable(root, "range", variables)).unwrap_or_default() {
             let spacing = spacings.iter().find(|(v, _)| *v == at).map_or(LevelSpacing::Linear, |(_, s)| *s);
-            space.vary(at, low, high, spacing).map_err(|e| value.place(e))?;
+            let range = value.range(variables[at].dimension).and_then(|(low, high)| {
+                let placed = variables[at].check(low).and_then(|()| space.vary(at, low, high, spacing));
+                placed.map_err(|e| value.place(e))
+            });
+            faults.take(range);
         }
+        faults.end()?;
         if kind == "factorial" {
             for (at, value) in by_variable(root, "levels", variables)? {
                 space.levels(at, value.quantities(variables[at].dimension, None)?).map_err(|e| value.place(e))?;
@@ -231,6 +247,12 @@ impl SweepDefinition {
         space.into_groups(builder);
         design.finish()
     }
+}
+
+/// Checks that a table that may stand in the file has no keys.
+fn has_no_keys(root: &Section<'_>, (table, help): (&str, &str)) -> Result<()> {
+    let section = root.section_or_empty(table)?;
+    section.keys().next().map_or(Ok(()), |key| Err(section.error_at(key, format!("unknown key '{key}': [{table}] has none")).help(help)))
 }
 
 /// Reads `[fit]`.
@@ -358,12 +380,11 @@ fn by_variable<'a>(section: &Section<'a>, key: &str, variables: &[DescribedVaria
 }
 
 fn held(section: &Section<'_>, variables: &[DescribedVariable]) -> Result<Vec<(usize, f64)>> {
-    let held = by_variable(section, "hold", variables)?.into_iter().map(|(at, value)| {
+    all(by_variable(section, "hold", variables)?.into_iter().map(|(at, value)| {
         let si = value.quantity(variables[at].dimension)?;
         variables[at].check(si).map_err(|e| value.place(e))?;
         Ok((at, si))
-    });
-    held.collect()
+    }))
 }
 
 fn spacings(section: &Section<'_>, variables: &[DescribedVariable]) -> Result<Vec<(usize, LevelSpacing)>> {

@@ -18,6 +18,8 @@ const ESTIMATED_AT: usize = 6;
 
 /// Error up to which nobody asks for a finer mesh, K. Chosen: that of a usual temperature sensor.
 const AIM: f64 = 0.1;
+/// Most cells that are proposed, a count. Chosen: more fit into the memory of few hosts.
+const MOST_CELLS: f64 = 1e8;
 
 /// Function that remarks on the outcomes of the conditions of a plan.
 pub(super) type Remark<'r> = dyn Fn(&Plan, &[ConditionOutcome]) -> Remarks + 'r;
@@ -88,11 +90,16 @@ impl MeshLeft {
         let growth = |(_, (error, order)): (_, (&f64, &Option<f64>))| (error / AIM).powf(3.0 / order.unwrap_or(1.0));
         let times = temperatures.map(growth).fold(1.0, f64::max);
         let (left, cells) = (significant(*error, 2), model.mesh.cells);
+        let everywhere = match times * cells as f64 {
+            all if all <= MOST_CELLS => {
+                let all = significant(all, 2).parse::<f64>().unwrap_or_default();
+                format!("--cells {all} ({} times the cells), or ", significant(times, 2))
+            }
+            _ => String::new(),
+        };
         Some(format!(
-            "the mesh of {cells} cells leaves up to {left} K open, in '{name}': bands hold this error. For {AIM} K everywhere: --cells {} \
-             ({} times the cells), or --set mesh.accuracy=\"{AIM} K\", which adds cells only where they matter",
-            significant(times * cells as f64, 2).parse::<f64>().unwrap_or_default(),
-            significant(times, 2)
+            "the mesh of {cells} cells leaves up to {left} K open, in '{name}': bands hold this error. For {AIM} K everywhere: \
+             {everywhere}--set mesh.accuracy=\"{AIM} K\", which adds cells only where they matter"
         ))
     }
 }

@@ -64,7 +64,7 @@ impl Version {
 }
 
 pub(crate) fn write(surrogate: &Surrogate<'_>, content: &Content, name: &str, version: Version) -> Result<Vec<File>, ExportError> {
-    let token = token(&format!("{} {}", version.key(), json::write(surrogate, content)));
+    let token = token(&format!("{} {}", version.key(), json::write(surrogate, content, None)));
     let mut sources = c99::write(content, name);
     sources.push(File::new(format!("{name}_{}.c", version.key()), interface(content, name, &token, version).into_bytes()));
     let description = Description { content, name, token: &token };

@@ -34,7 +34,7 @@ function* follow(s, motion, answers, x, at, begin, duration, count) {
 
 /* What "Over time" shows: `page` has the elements, the condition that is set, and how names and numbers are written. */
 function course(s, answers, motion, page) {
-  const { byId, make, short, later, shape, ticks } = page;
+  const { byId, make, short, later, units, shape, ticks } = page;
   const SAMPLES = 200;
   const COLOURS = ["var(--blue)", "#e69f00", "#009e73", "var(--ink)", "#d55e00", "#56b4e9", "#cc79a7"];
   const DASHES = ["", "9 5", "10 4 2 4", "2 4", "5 3"];
@@ -54,15 +54,18 @@ function course(s, answers, motion, page) {
 
   byId("initial").addEventListener("change", () => {
     const value = byId("initial").value;
-    own = value !== "" && Number.isFinite(Number(value)) ? Number(value) : null;
+    own = value !== "" && Number.isFinite(Number(value)) ? units.back("degC", Number(value)) : null;
     later();
   });
   byId("begin").addEventListener("change", later);
   byId("duration").addEventListener("input", later);
+  function beginAt(condition) {
+    kept = condition;
+    byId("begun").textContent = kept ? `Begins in the steady state of ${page.wordsOf(kept)}.` : "";
+  }
   byId("begin-here").addEventListener("click", () => {
-    kept = page.x.slice();
+    beginAt(page.x.slice());
     byId("begin").value = "kept";
-    byId("begun").textContent = `Begins in the steady state of ${page.wordsOf(kept)}.`;
     later();
   });
 
@@ -81,14 +84,15 @@ function course(s, answers, motion, page) {
     const { unit: timeUnit, size } = spell(last.time);
     const lines = s.limits.flatMap((limit) => {
       if (limit.points.length !== 1 || !points.includes(limit.points[0])) return [];
-      return [{ name: limit.name, level: limit.maximum + (limit.kind === "rise" ? page.x[limit.variable] : 0) }];
+      return [{ name: limit.name, level: units.value(unit, limit.maximum + (limit.kind === "rise" ? page.x[limit.variable] : 0)) }];
     });
-    const all = found.samples.flatMap((one) => points.map((p) => one.values[p]));
+    const shown = (one, p) => units.value(unit, one.values[p]);
+    const all = found.samples.flatMap((one) => points.map((p) => shown(one, p)));
     let [low, high] = [Math.min(...all), Math.max(...all)];
     const span = high - low;
     /* A limit far above leaves the curves their room. */
-    const shown = lines.filter((line) => line.level >= low - span && line.level <= high + 1.5 * span);
-    for (const line of shown) [low, high] = [Math.min(low, line.level), Math.max(high, line.level)];
+    const near = lines.filter((line) => line.level >= low - span && line.level <= high + 1.5 * span);
+    for (const line of near) [low, high] = [Math.min(low, line.level), Math.max(high, line.level)];
     const margin = Math.max(0.05 * (high - low), 1e-6);
     [low, high] = [low - margin, high + margin];
     const across = (time) => LEFT + ((WIDTH - LEFT - RIGHT) * time) / last.time;
@@ -109,10 +113,10 @@ function course(s, answers, motion, page) {
     svg.append(shape("rect", { x: LEFT, y: TOP, width: WIDTH - LEFT - RIGHT, height: HEIGHT - TOP - BOTTOM, class: "frame" }));
     svg.append(shape("text", { x: (LEFT + WIDTH - RIGHT) / 2, y: HEIGHT - 8, "text-anchor": "middle" }, `time [${timeUnit}]`));
     const middle = (TOP + HEIGHT - BOTTOM) / 2;
-    svg.append(shape("text", { x: 16, y: middle, "text-anchor": "middle", transform: `rotate(-90 16 ${middle})` }, unit.replace("degC", "°C")));
+    svg.append(shape("text", { x: 16, y: middle, "text-anchor": "middle", transform: `rotate(-90 16 ${middle})` }, units.name(unit)));
     /* Names stand where lines and curves end, apart from each other: what is written there is crossed by nothing. */
     const labels = [];
-    for (const line of shown) {
+    for (const line of near) {
       svg.append(shape("line", { x1: LEFT, x2: WIDTH - RIGHT, y1: up(line.level), y2: up(line.level), class: "limit" }));
       labels.push({ name: line.name, end: up(line.level), class: "limit" });
     }
@@ -123,9 +127,9 @@ function course(s, answers, motion, page) {
       const place = points.indexOf(p);
       const has = coloured.includes(p);
       const stroke = has ? COLOURS[place % COLOURS.length] : "var(--line)";
-      const path = found.samples.map((one, k) => `${k === 0 ? "M" : "L"}${across(one.time).toFixed(1)} ${up(one.values[p]).toFixed(1)}`).join("");
+      const path = found.samples.map((one, k) => `${k === 0 ? "M" : "L"}${across(one.time).toFixed(1)} ${up(shown(one, p)).toFixed(1)}`).join("");
       svg.append(shape("path", { d: path, class: "curve", style: `stroke: ${stroke}`, "stroke-dasharray": has ? DASHES[place % DASHES.length] : "" }));
-      if (has) labels.push({ name: s.points[p].name, end: up(last.values[p]), colour: stroke });
+      if (has) labels.push({ name: s.points[p].name, end: up(shown(last, p)), colour: stroke });
     });
     for (const label of apart(labels, TOP + 6, HEIGHT - BOTTOM)) {
       const edge = WIDTH - RIGHT;
@@ -145,9 +149,9 @@ function course(s, answers, motion, page) {
     byId("reached").tBodies[0].replaceChildren(...s.limits.map((limit, l) => {
       const row = make("tr");
       const most = found.samples.reduce((best, one) => (one.limited[l] > best.limited[l] ? one : best));
-      const { value: unit } = page.unitOf(limit);
+      const shown = page.limitOf(limit);
       const when = found.broken[l] === null ? "kept" : found.broken[l] === 0 ? "from the beginning" : `after ${spell(found.broken[l]).text}`;
-      const texts = [limit.name, `${most.limited[l].toFixed(2)} ${unit}`, `at ${spell(most.time).text}`, short(limit.maximum), when];
+      const texts = [limit.name, `${shown.value(most.limited[l]).toFixed(2)} ${shown.unit}`, `at ${spell(most.time).text}`, short(shown.value(limit.maximum)), when];
       row.append(...texts.map((text) => make("td", text)));
       return row;
     }));
@@ -160,7 +164,8 @@ function course(s, answers, motion, page) {
     const text = spell(duration()).text;
     byId("lasts").textContent = text;
     byId("duration").setAttribute("aria-valuetext", text);
-    if (document.activeElement !== byId("initial")) byId("initial").value = short(initial());
+    if (document.activeElement !== byId("initial")) byId("initial").value = short(units.value("degC", initial()));
+    byId("initial-unit").textContent = units.name("degC");
     const x = page.x.slice();
     const at = motion.here(x);
     yield;
@@ -179,5 +184,15 @@ function course(s, answers, motion, page) {
   }
   byId("duration").value = String(Math.min(420, Math.max(0, Math.round(100 * Math.log10((1.25 * time) / 60)))));
   byId("course").hidden = false;
+  for (const id of ["begin", "duration"]) page.link.control(id);
+  page.link.add({
+    write: (words) => { if (own !== null) words.set("initial", page.written(own)); if (kept) words.set("from", kept.map(page.written).join(" ")); },
+    read: (words) => {
+      const value = words.get("initial");
+      own = value !== null && value !== "" && Number.isFinite(Number(value)) ? Number(value) : null;
+      const from = (words.get("from") || "").split(" ").map(Number);
+      beginAt(words.has("from") && from.length === s.variables.length && from.every(Number.isFinite) ? from : null);
+    },
+  });
   return job;
 }

@@ -4,12 +4,22 @@ use coldplate_runtime::Surrogate;
 
 use crate::content::Content;
 use crate::template::Filling;
-use crate::{File, json};
+use crate::{Beside, File, json};
 
 /// The page.
 const PAGE: &str = include_str!("page.html");
 /// Arithmetic of the surrogate; tests run it alone.
 const CORE: &str = include_str!("surrogate.js");
+/// Answers at other values of held variables; tests run it alone.
+const FOLLOWED: &str = include_str!("followed.js");
+/// Units in which numbers are shown.
+const UNITS: &str = include_str!("units.js");
+/// State of the page in its address, and steps back.
+const LINKED: &str = include_str!("linked.js");
+/// Conditions side by side.
+const COMPARED: &str = include_str!("compared.js");
+/// Map of verdicts.
+const MAP: &str = include_str!("map.js");
 /// Pictures of the points over every variable.
 const PREDICTIONS: &str = include_str!("predictions.js");
 /// Arithmetic of the machine over time; tests run it alone.
@@ -23,15 +33,18 @@ const PICTURE: &str = include_str!("picture.js");
 /// Measured tables beside the picture.
 const READINGS: &str = include_str!("readings.js");
 
-pub(crate) fn write(surrogate: &Surrogate<'_>, content: &Content, scene: Option<&str>, name: &str) -> Vec<File> {
+pub(crate) fn write(surrogate: &Surrogate<'_>, content: &Content, beside: &Beside<'_>, name: &str) -> Vec<File> {
     let mut filling = Filling::default();
-    filling.flag("scene", scene.is_some());
-    filling.block("scene_data", without_tags(scene.unwrap_or_default()));
+    filling.flag("scene", beside.scene.is_some());
+    filling.block("scene_data", without_tags(beside.scene.unwrap_or_default()));
+    filling.block("followed", FOLLOWED.to_owned());
     filling.block("scene", SCENE.to_owned());
     filling.block("picture", PICTURE.to_owned());
-    filling.block("surrogate", without_tags(&json::write(surrogate, content)));
+    filling.block("surrogate", without_tags(&json::write(surrogate, content, beside.followed)));
     filling.block("core", CORE.to_owned());
-    filling.block("predictions", PREDICTIONS.to_owned());
+    for (name, text) in [("units", UNITS), ("linked", LINKED), ("compared", COMPARED), ("map", MAP), ("predictions", PREDICTIONS)] {
+        filling.block(name, text.to_owned());
+    }
     filling.flag("moving", content.in_time.is_some());
     filling.block("in_time", IN_TIME.to_owned());
     filling.block("course", COURSE.to_owned());

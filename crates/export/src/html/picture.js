@@ -1,7 +1,7 @@
 /* The machine in three dimensions, coloured by temperature: turned, cut and taken apart, and asked under the pointer. `page` has the
    elements of the page; comes to a function that shows the machine at a condition. */
 function machinePicture(m, s, page) {
-  const { byId, make, spoken } = page;
+  const { byId, make, spoken, units, signed } = page;
   const scene = coldplateScene(m, s);
   const { box, dot, cross, minus } = scene;
   const canvas = byId("machine");
@@ -9,13 +9,16 @@ function machinePicture(m, s, page) {
   const RAMP = [[13, 8, 135], [92, 1, 166], [156, 23, 158], [204, 71, 120], [237, 121, 83], [253, 180, 47], [240, 249, 33]];
   const DIFFERENCE = [[0, 80, 150], [86, 160, 210], [190, 218, 236], [244, 244, 244], [248, 206, 170], [226, 126, 66], [150, 50, 0]];
   const AXES = ["x", "y", "z"];
+  /* Readings that are named in the picture, a count. */
+  const NAMED = 6;
   const center = box.map(([low, high]) => 0.5 * (low + high));
   const radius = Math.max(0.5 * Math.hypot(...box.map(([low, high]) => high - low)), 1e-6);
   const VIEWS = { corner: [-55, 30], front: [-90, 0], side: [0, 0], top: [-90, 89.9] };
   const shown = m.parts.map(() => true);
   const eye = { yaw: 0, pitch: 0, zoom: 1, right: 0, up: 0 };
   let now = null;
-  let kept = null;
+  let kept = [];
+  let laid = null;
   let plane = null;
   let range = [0, 1];
   let is_fixed = false;
@@ -26,47 +29,7 @@ function machinePicture(m, s, page) {
     return ramp[i].map((a, k) => Math.round(a + (at - i) * (ramp[i + 1][k] - a)));
   };
 
-  /* Pipes of the channels: prisms along the axis, with the place of their temperature in the field. */
-  const SIDES = 8;
-  const pipes = m.channels.map((channel) => {
-    const legs = channel.path.slice(1).map((end, k) => Math.hypot(...minus(end, channel.path[k])));
-    const whole = legs.reduce((sum, leg) => sum + leg, 0) || 1;
-    const ends = legs.reduce((all, leg) => [...all, all[all.length - 1] + leg / whole], [0]);
-    const cuts = [...new Set([...ends, ...channel.shares.filter((_, k) => k % Math.ceil(channel.shares.length / 60) === 0)])].sort((a, b) => a - b);
-    const at = (share) => {
-      const k = Math.min(legs.length - 1, Math.max(0, ends.findIndex((end) => end >= share - 1e-12) - 1));
-      const t = (share - ends[k]) / (ends[k + 1] - ends[k] || 1);
-      return channel.path[k].map((x, d) => x + t * (channel.path[k + 1][d] - x));
-    };
-    const station = (share) => channel.first + Math.max(0, channel.shares.findIndex((own) => own >= share - 1e-9));
-    const [places, normals, stations, faces] = [[], [], [], []];
-    for (let k = 1; k < cuts.length; k += 1) {
-      const [from, to] = [at(cuts[k - 1]), at(cuts[k])];
-      const along = minus(to, from);
-      const length = Math.hypot(...along);
-      if (length < 1e-9) continue;
-      const direction = along.map((x) => x / length);
-      const some = Math.abs(direction[2]) < 0.9 ? [0, 0, 1] : [1, 0, 0];
-      const first = cross(direction, some);
-      const size = Math.hypot(...first);
-      const e1 = first.map((x) => x / size);
-      const e2 = cross(direction, e1);
-      const start = places.length / 3;
-      for (const end of [from, to]) {
-        for (let i = 0; i < SIDES; i += 1) {
-          const normal = e1.map((x, d) => x * Math.cos((2 * Math.PI * i) / SIDES) + e2[d] * Math.sin((2 * Math.PI * i) / SIDES));
-          places.push(...end.map((x, d) => x + 0.5 * channel.diameter * normal[d]));
-          normals.push(...normal);
-          stations.push(station(end === from ? cuts[k - 1] : cuts[k]));
-        }
-      }
-      for (let i = 0; i < SIDES; i += 1) {
-        const next = (i + 1) % SIDES;
-        faces.push([start + i, start + next, start + SIDES + next], [start + i, start + SIDES + next, start + SIDES + i]);
-      }
-    }
-    return { part: channel.part, places, normals, stations, faces };
-  });
+  const pipes = scene.pipes();
 
   /* Everything in one list of vertices: the surface, then the pipes. */
   const pipeStart = [];
@@ -224,9 +187,12 @@ function machinePicture(m, s, page) {
     };
   }
 
-  const is_difference = () => byId("quantity").value === "change" && kept !== null;
+  /* The field of the kept condition whose change is shown. */
+  const base = () => (byId("quantity").value === "temperature" ? null : kept[Number(byId("quantity").value)] || null);
+  const is_difference = () => base() !== null;
   function fillValues() {
-    for (let i = 0; i < total; i += 1) values[i] = now.field[source[i]] - (is_difference() ? kept[source[i]] : 0);
+    const from = base();
+    for (let i = 0; i < total; i += 1) values[i] = now.field[source[i]] - (from ? from[source[i]] : 0);
     if (is_fixed && !is_difference()) { painter.fill(RAMP); return; }
     let [low, high] = [Infinity, -Infinity];
     m.parts.forEach((part, k) => {
@@ -238,14 +204,16 @@ function machinePicture(m, s, page) {
     painter.fill(is_difference() ? DIFFERENCE : RAMP);
   }
 
+  const degrees = (value) => (is_difference() ? units.span : units.value)("degC", value);
+  const unitShown = () => (is_difference() ? units.spanName : units.name)("degC");
   function legend() {
     const ramp = is_difference() ? DIFFERENCE : RAMP;
     byId("ramp").style.background = `linear-gradient(to right, ${ramp.map((own) => `rgb(${own.join(",")})`).join(", ")})`;
-    const unit = is_difference() ? "K" : "°C";
-    const { list, digits } = page.ticks(...range);
+    const ends = range.map(degrees);
+    const { list, digits } = page.ticks(...ends);
     byId("scale").replaceChildren(...list.map((value) => {
-      const mark = make("span", `${value.toFixed(digits).replace("-", "−")} ${unit}`);
-      mark.style.left = `${(100 * (value - range[0])) / (range[1] - range[0])}%`;
+      const mark = make("span", `${page.fixed(value, digits)} ${unitShown()}`);
+      mark.style.left = `${(100 * (value - ends[0])) / (ends[1] - ends[0])}%`;
       return mark;
     }));
   }
@@ -258,6 +226,7 @@ function machinePicture(m, s, page) {
   let painted = 0;
   let rest = 0;
   function paint() {
+    page.link.note();
     if (is_waiting || !now) return;
     is_waiting = true;
     requestAnimationFrame((time) => {
@@ -271,12 +240,33 @@ function machinePicture(m, s, page) {
       if (is_moving && share < 1) rest = setTimeout(paint, REST + 50);
       const scale = Math.min(2, window.devicePixelRatio || 1) * (is_moving ? share : 1);
       const [w, h] = [Math.round(canvas.clientWidth * scale), Math.round(canvas.clientHeight * scale)];
-      if (w === 0 || h === 0) return;
-      if (canvas.width !== w || canvas.height !== h) [canvas.width, canvas.height] = [w, h];
-      const rows = projection();
-      painter.paint(rows, is_difference() ? DIFFERENCE : RAMP, byId("clear").checked);
-      mark(rows);
+      draw(w, h);
     });
+  }
+  function draw(w, h) {
+    if (w === 0 || h === 0) return;
+    if (canvas.width !== w || canvas.height !== h) [canvas.width, canvas.height] = [w, h];
+    const rows = projection();
+    painter.paint(rows, is_difference() ? DIFFERENCE : RAMP, byId("clear").checked);
+    mark(rows);
+  }
+  /* A canvas of WebGL is empty on paper: there stands its picture. */
+  window.addEventListener("beforeprint", () => {
+    if (!now) return;
+    draw(2 * canvas.clientWidth, 2 * canvas.clientHeight);
+    byId("printed").src = canvas.toDataURL();
+    byId("printed").hidden = false;
+  });
+  window.addEventListener("afterprint", () => { byId("printed").hidden = true; paint(); });
+
+  /* Whether two names over the picture leave each other free, by the size of their letters in pixels. */
+  const [LETTER, LINE] = [7.5, 24];
+  function isApart(one, other) {
+    const [a, b] = [one, other].map((own) => {
+      const [x, wide] = [(parseFloat(own.style.left) * canvas.clientWidth) / 100, LETTER * own.textContent.length + 24];
+      return { left: own.className.includes("before") ? x - wide : x, wide, y: (parseFloat(own.style.top) * canvas.clientHeight) / 100 };
+    });
+    return Math.abs(a.y - b.y) > LINE || a.left + a.wide < b.left || b.left + b.wide < a.left;
   }
 
   /* Names over the picture: the hottest spot, the sensor of the binding limit, all others as dots. */
@@ -291,8 +281,22 @@ function machinePicture(m, s, page) {
     };
     const kept_by_section = (at) => !plane || dot(plane, at) <= plane[3];
     const visible = m.sensors.filter((own) => (own.part === null || shown[own.part]) && kept_by_section(own.at));
-    const bound = now.binding ? visible.filter((own) => now.binding.points.includes(own.name)) : [];
+    const reads = (laid || []).flatMap((one) => visible.filter((own) => own.name === one.name).map((own) => ({ ...one, at: own.at })));
+    const bound = now.binding && !laid ? visible.filter((own) => now.binding.points.includes(own.name)) : [];
     const all = visible.filter((own) => !bound.includes(own)).map((own) => sign(own.at, "dot", ""));
+    const furthest = reads.slice().sort((a, b) => Math.abs(b.residual) - Math.abs(a.residual));
+    all.push(...reads.map((own) => {
+      const dot = sign(own.at, own.inBand ? "dot read" : "dot read off", "");
+      if (dot) dot.style.background = `rgb(${colour(0.5 + 0.5 * Math.max(-1, Math.min(1, own.residual / (Math.abs(furthest[0].residual) || 1))), DIFFERENCE).join(",")})`;
+      return dot;
+    }));
+    const named = [];
+    for (const own of furthest) {
+      if (named.length === NAMED) break;
+      const label = sign(own.at, own.inBand ? "reading" : "reading off", `${own.name} ${signed(units.span(own.unit, own.residual), 2)} ${units.spanName(own.unit)}`);
+      if (label && named.every((other) => isApart(label, other))) named.push(label);
+    }
+    all.push(...named);
     all.push(...bound.map((own) => sign(own.at, "bound", `${now.binding.name}`)));
     let hottest = null;
     m.parts.forEach((part, k) => {
@@ -301,9 +305,9 @@ function machinePicture(m, s, page) {
         if (hottest === null || now.field[faces[f]] > now.field[hottest]) hottest = faces[f];
       }
     });
-    if (hottest !== null && !is_difference()) {
+    if (hottest !== null && !is_difference() && !laid) {
       const at = [...positions.subarray(3 * hottest, 3 * hottest + 3)];
-      if (kept_by_section(at)) all.push(sign(at, "hottest", `hottest ${now.field[hottest].toFixed(1)} °C`));
+      if (kept_by_section(at)) all.push(sign(at, "hottest", `hottest ${page.fixed(units.value("degC", now.field[hottest]), 1)} ${units.name("degC")}`));
     }
     signs.replaceChildren(...all.filter((own) => own !== null));
   }
@@ -329,8 +333,9 @@ function machinePicture(m, s, page) {
     m.parts.forEach((part, k) => {
       let [low, high] = [Infinity, -Infinity];
       for (let f = 3 * part.first; f < 3 * (part.first + part.count); f += 1) { low = Math.min(low, values[faces[f]]); high = Math.max(high, values[faces[f]]); }
-      [low, high].forEach((value, c) => { rowsOfParts[k].cells[c + 1].textContent = Number.isFinite(value) ? value.toFixed(1).replace("-", "−") : "–"; });
+      [low, high].forEach((value, c) => { rowsOfParts[k].cells[c + 1].textContent = Number.isFinite(value) ? page.fixed(degrees(value), 1) : "–"; });
     });
+    byId("parts-unit").textContent = unitShown();
   }
   function redraw() { fillValues(); legend(); listParts(); paint(); }
 
@@ -393,7 +398,7 @@ function machinePicture(m, s, page) {
     const from = center.map((c, d) => c + a * right[d] + b * up[d] + 4 * radius * toward[d]);
     const found = now && scene.met(from, toward.map((t) => -t), shown, plane, values);
     byId("asked").textContent = found
-      ? `${spoken(m.parts[found.which].name)}: ${found.value.toFixed(2).replace("-", "−")} ${is_difference() ? "K" : "°C"}, ± ${now.band.toFixed(2)} K (95 %)`
+      ? `${spoken(m.parts[found.which].name)}: ${page.fixed(degrees(found.value), 2)} ${unitShown()}${page.isMoved() ? "" : `, ± ${units.span("degC", now.band).toFixed(2)} ${units.spanName("degC")} (95 %)`}`
       : "Point at the machine for a temperature.";
   }
   canvas.addEventListener("pointerleave", () => { if (held.size === 0) byId("asked").textContent = "Point at the machine for a temperature."; });
@@ -416,23 +421,52 @@ function machinePicture(m, s, page) {
   new ResizeObserver(paint).observe(canvas);
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", paint);
 
-  byId("field").textContent = `Temperatures between the points are drawn from ${m.field.conditions} solved conditions. A condition predicted from the others is `
+  const about = `Temperatures between the points are drawn from ${m.field.conditions} solved conditions. A condition predicted from the others is `
     + `off by ${m.field.error.toPrecision(2)} K (root mean square of the surface), by ${m.field.largest_error.toPrecision(2)} K at most. ${m.notes.join(" ")}`;
   byId("asked").textContent = "Point at the machine for a temperature.";
   look("corner");
+  for (const id of ["quantity", "cut", "depth", "clear", "fixed"]) page.link.control(id);
+  page.link.add({
+    write: (words) => m.parts.forEach((part, k) => { if (!shown[k]) words.append("hidden", part.name); }),
+    read: (words) => {
+      m.parts.forEach((part, k) => { shown[k] = !words.getAll("hidden").includes(part.name); rowsOfParts[k].check.checked = shown[k]; });
+      is_fixed = byId("fixed").checked;
+      cut();
+    },
+  });
+  page.link.add({
+    isView: true,
+    write: (words) => words.set("view", [eye.yaw, eye.pitch, eye.zoom, eye.right, eye.up].map((value) => Number(value.toFixed(3))).join(" ")),
+    read: (words) => {
+      const view = (words.get("view") || "").split(" ").map(Number);
+      if (view.length === 5 && view.every(Number.isFinite)) [eye.yaw, eye.pitch, eye.zoom, eye.right, eye.up] = view;
+      zoom(1);
+      turn(0, 0);
+    },
+  });
+  page.onUnits.push(() => { if (now) redraw(); });
   return {
     selfTest: scene.selfTest,
     /* The machine at a condition, with the standard deviation that its warmest point has. */
     show(x, answer, binding) {
       const widest = Math.max(0, ...s.points.map((p, k) => (p.unit === "degC" ? answer.bands[k].total : 0)));
-      now = { field: scene.field(x, answer.values), binding, band: 1.959963984540054 * Math.hypot(widest, m.field.error) };
+      now = { field: scene.field(x, answer.values), binding, band: page.HALF * Math.hypot(widest, m.field.error) };
+      byId("field").textContent = page.isMoved() ? `${about} Those conditions have the values that were held: at others the picture is a guess between the points.` : about;
       redraw();
     },
-    keep(is_kept) {
-      kept = is_kept && now ? now.field : null;
-      byId("quantity").options[1].disabled = kept === null;
-      if (kept === null) byId("quantity").value = "temperature";
-      redraw();
+    /* Conditions that are kept, each of which can be what a change is counted from. */
+    keep(all) {
+      kept = all.map(({ x, answer }) => scene.field(x, answer.values));
+      const chosen = byId("quantity").value;
+      byId("quantity").replaceChildren(byId("quantity").options[0], ...kept.map((_, k) => make("option", `change from kept ${k + 1}`, { value: k })));
+      byId("quantity").value = kept[Number(chosen)] ? chosen : "temperature";
+      if (now) redraw();
+    },
+    /* Readings less values of a test, by the names of their points; nothing where none is laid beside. */
+    lay(test) {
+      laid = test;
+      byId("laid").textContent = laid ? "At the sensors: reading less value of the test that was chosen below." : "";
+      paint();
     },
   };
 }

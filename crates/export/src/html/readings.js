@@ -131,3 +131,69 @@ function readings(s, answers) {
 
   return { table, residuals, Wrong };
 }
+
+/* What "Readings beside it" shows: a table that is dropped on the page or chosen, less the answers; `measured` is what readings(s,
+   answers) gives. The test whose condition is set is shown in the picture of the machine too. */
+function readingsBeside(s, measured, page) {
+  const { byId, make, signed, units } = page;
+  const MOST_ROWS = 200;
+  let read = null;
+  let pictured = null;
+  function picture(row) {
+    pictured = row;
+    page.onTest(row && row.of.flatMap((cell, p) => (cell === null ? [] : [{ name: s.points[p].name, unit: s.points[p].unit, ...cell }])));
+  }
+  function lay() {
+    if (!read) return;
+    const { rows: found, rms } = measured.residuals(read.tests);
+    const points = s.points.map((_, p) => p).filter((p) => rms[p] !== null);
+    const span = (p, value) => units.span(s.points[p].unit, value);
+    const row = (kind, first, texts) => {
+      const tr = make("tr");
+      tr.append(first, ...texts.map((text) => make(kind, text, kind === "th" ? { scope: "col" } : {})));
+      return tr;
+    };
+    const heads = row("th", make("th", "test", { scope: "col" }), points.map((p) => `${s.points[p].name} [${units.spanName(s.points[p].unit)}]`));
+    byId("residuals").tHead.replaceChildren(heads);
+    const body = found.slice(0, MOST_ROWS).map((one) => {
+      const first = make("th", undefined, { scope: "row" });
+      const go = make("button", one.test.name, { type: "button" });
+      go.addEventListener("click", () => { page.setAll(one.test.x); picture(one); });
+      first.append(go, one.inside ? "" : " (outside the fitted range)");
+      return row("td", first, points.map((p) => (one.of[p] === null ? "–" : `${signed(span(p, one.of[p].residual), 3)}${one.of[p].inBand ? "" : " *"}`)));
+    });
+    body.push(row("td", make("th", "root mean square", { scope: "row" }), points.map((p) => span(p, rms[p]).toFixed(3))));
+    byId("residuals").tBodies[0].replaceChildren(...body);
+    byId("residuals").hidden = false;
+    const cells = found.flatMap((one) => one.of).filter((cell) => cell !== null);
+    const more = found.length > MOST_ROWS ? ` The first ${MOST_ROWS} are shown.` : "";
+    byId("summary").textContent = `${read.name}: ${read.tests.length} conditions, ${cells.length} readings, ${cells.filter((cell) => cell.inBand).length} of them in their band.${more}`;
+  }
+  async function take(file) {
+    if (!file) return;
+    const text = await file.text();
+    byId("wrong").hidden = true;
+    read = null;
+    picture(null);
+    try {
+      read = { name: file.name, tests: measured.table(text) };
+      lay();
+    } catch (error) {
+      if (!(error instanceof measured.Wrong)) throw error;
+      byId("residuals").hidden = true;
+      byId("summary").textContent = "";
+      byId("wrong").textContent = `${file.name}: ${error.message}`;
+      byId("wrong").hidden = false;
+    }
+  }
+  byId("file").addEventListener("change", (e) => take(e.target.files[0]));
+  const over = (e, is) => { e.preventDefault(); byId("drop").classList.toggle("over", is); };
+  document.addEventListener("dragover", (e) => over(e, true));
+  document.addEventListener("dragleave", (e) => over(e, false));
+  document.addEventListener("drop", (e) => { over(e, false); take(e.dataTransfer.files[0]); });
+  return {
+    lay,
+    /* A test stays in the picture as long as its condition is set. */
+    show() { if (pictured && pictured.test.x.some((value, i) => value !== page.x[i])) picture(null); },
+  };
+}

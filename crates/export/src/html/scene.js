@@ -60,6 +60,48 @@ function coldplateScene(m, s) {
   const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
   const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 
+  /* Pipes of the channels: prisms along the axis, with the place of their temperature in the field. */
+  const SIDES = 8;
+  const pipes = () => m.channels.map((channel) => {
+    const legs = channel.path.slice(1).map((end, k) => Math.hypot(...minus(end, channel.path[k])));
+    const whole = legs.reduce((sum, leg) => sum + leg, 0) || 1;
+    const ends = legs.reduce((all, leg) => [...all, all[all.length - 1] + leg / whole], [0]);
+    const cuts = [...new Set([...ends, ...channel.shares.filter((_, k) => k % Math.ceil(channel.shares.length / 60) === 0)])].sort((a, b) => a - b);
+    const at = (share) => {
+      const k = Math.min(legs.length - 1, Math.max(0, ends.findIndex((end) => end >= share - 1e-12) - 1));
+      const t = (share - ends[k]) / (ends[k + 1] - ends[k] || 1);
+      return channel.path[k].map((x, d) => x + t * (channel.path[k + 1][d] - x));
+    };
+    const station = (share) => channel.first + Math.max(0, channel.shares.findIndex((own) => own >= share - 1e-9));
+    const [places, normals, stations, faces] = [[], [], [], []];
+    for (let k = 1; k < cuts.length; k += 1) {
+      const [from, to] = [at(cuts[k - 1]), at(cuts[k])];
+      const along = minus(to, from);
+      const length = Math.hypot(...along);
+      if (length < 1e-9) continue;
+      const direction = along.map((x) => x / length);
+      const some = Math.abs(direction[2]) < 0.9 ? [0, 0, 1] : [1, 0, 0];
+      const first = cross(direction, some);
+      const size = Math.hypot(...first);
+      const e1 = first.map((x) => x / size);
+      const e2 = cross(direction, e1);
+      const start = places.length / 3;
+      for (const end of [from, to]) {
+        for (let i = 0; i < SIDES; i += 1) {
+          const normal = e1.map((x, d) => x * Math.cos((2 * Math.PI * i) / SIDES) + e2[d] * Math.sin((2 * Math.PI * i) / SIDES));
+          places.push(...end.map((x, d) => x + 0.5 * channel.diameter * normal[d]));
+          normals.push(...normal);
+          stations.push(station(end === from ? cuts[k - 1] : cuts[k]));
+        }
+      }
+      for (let i = 0; i < SIDES; i += 1) {
+        const next = (i + 1) % SIDES;
+        faces.push([start + i, start + next, start + SIDES + next], [start + i, start + SIDES + next, start + SIDES + i]);
+      }
+    }
+    return { part: channel.part, places, normals, stations, faces };
+  });
+
   /* Whether this browser finds the temperatures that the file says it should. */
   function selfTest(evaluate) {
     return m.field.self_tests.every((test) => {
@@ -73,5 +115,5 @@ function coldplateScene(m, s) {
     for (let i = d; i < positions.length; i += 3) { low = Math.min(low, positions[i]); high = Math.max(high, positions[i]); }
     return [low, high];
   });
-  return { positions, normals, triangles, edges, count, box, field, met, selfTest, dot, cross, minus };
+  return { positions, normals, triangles, edges, count, box, field, met, pipes, selfTest, dot, cross, minus };
 }

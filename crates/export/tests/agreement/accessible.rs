@@ -4,7 +4,7 @@
 use std::net::TcpListener;
 use std::path::{Path, PathBuf};
 
-use coldplate_export::page;
+use coldplate_export::{Beside, page};
 use coldplate_runtime::Surrogate;
 
 use crate::browser::{browsers, told};
@@ -43,9 +43,18 @@ const ACTS: &str = r##"
     for (let k = 0; k < 100 && !byId("predictions").querySelector("title"); k += 1) await rest();
     await judge("as it opens");
     byId("keep").click();
+    byId("keep").click();
+    byId("units").value = "us";
+    byId("units").dispatchEvent(new Event("change"));
     await drop(TABLE);
     tell("summary", byId("summary").textContent);
-    await judge("compared, with readings");
+    byId("residuals").querySelector("button").click();
+    for (let k = 0; k < 100 && !byId("signs").querySelector(".reading"); k += 1) await rest();
+    tell("named", byId("signs").querySelectorAll(".reading").length);
+    await judge("compared, with readings, in other units");
+    window.dispatchEvent(new Event("beforeprint"));
+    tell("printed", byId("printed").src.startsWith("data:image/png"));
+    window.dispatchEvent(new Event("afterprint"));
     await drop("nonsense\n1\n");
     tell("refused", !byId("wrong").hidden);
     for (const share of [0, 1, 1.5]) {
@@ -66,7 +75,7 @@ const ACTS: &str = r##"
     byId("cut").value = "x";
     byId("cut").dispatchEvent(new Event("input", { bubbles: true }));
     document.querySelector("details").open = true;
-    byId("quantity").value = "change";
+    byId("quantity").value = "1";
     byId("quantity").dispatchEvent(new Event("change", { bubbles: true }));
     await rest();
     await judge("the machine, cut, as a change");
@@ -100,7 +109,7 @@ const NARROW: &str = r##"
 
 /// What `scripts/clients` installs of axe-core.
 fn judge() -> Option<String> {
-    let path = cache()?.join("coldplate/axe/node_modules/axe-core/axe.min.js");
+    let path = cache()?.join("coldplate/axe-core/node_modules/axe-core/axe.min.js");
     let text = std::fs::read_to_string(path).ok();
     if text.is_none() {
         skipped("axe-core is not there: scripts/clients installs it");
@@ -122,7 +131,11 @@ fn table(surrogate: &Surrogate<'_>) -> String {
 
 /// A page with a machine of one body in it.
 fn with_machine(surrogate: &Surrogate<'_>, name: &str) -> String {
-    let file = page(surrogate, include_str!("scene.json"), name).expect("the name is one").swap_remove(0);
+    // The sensor of the scene is the point that the table reads.
+    let point = format!("\"{}\"", surrogate.points().next().expect("there is one").name);
+    let scene = include_str!("scene.json").replace("\"shell\"", &point);
+    let beside = Beside { scene: Some(&scene), followed: None };
+    let file = page(surrogate, &beside, name).expect("the name is one").swap_remove(0);
     String::from_utf8(file.content).expect("a page is text")
 }
 
@@ -160,6 +173,7 @@ fn an_independent_judge_finds_nothing() {
                 assert_eq!(of("dark"), [dark.to_string()], "{what}");
                 assert_eq!(of("refused"), ["true"], "{what}");
                 assert_eq!(of("intact"), ["true"], "{what}");
+                assert_eq!((of("printed"), of("named")), (vec!["true"], vec!["1"]), "{what}");
                 assert!(of("asked")[0].starts_with("body <i>: "), "{what}: {told:#?}");
                 assert!(of("summary")[0].contains("1 conditions"), "{what}: {told:#?}");
                 assert_eq!(of("contrast"), ["true"; 6], "{what}");

@@ -11,6 +11,7 @@ mod fmu;
 mod html;
 mod in_time;
 mod json;
+mod linked;
 mod misra;
 mod modelica;
 mod octave;

@@ -101,8 +101,8 @@ pub(crate) struct Look {
     pub label: f64,
     /// Radius of the letters' circles, CSS pixels.
     pub badge: f64,
-    /// Whether contours other than zero are drawn.
-    pub contours: bool,
+    /// Whether the map is one of a sheet, without contours other than zero and with the letters of the sheet.
+    pub is_on_sheet: bool,
 }
 
 /// Width of the figure, CSS pixels. Chosen by eye.
@@ -223,7 +223,7 @@ impl AcceptabilityMap {
             if self.probability.is_empty() { self.margin_lines(frame, &margins, look) } else { self.probability_lines(frame, &margins) };
         levels::paint(canvas, frame, &lines, look.label, taken)?;
         for (at, index) in &badges {
-            paint_badge(canvas, *at, &letter(*index), look.badge)?;
+            paint_badge(canvas, *at, &self.letter(*index, look), look.badge)?;
         }
         match &self.here {
             Some(here) if frame.x.range.with(here.x) == frame.x.range && frame.y.range.with(here.y) == frame.y.range => {
@@ -258,7 +258,7 @@ impl AcceptabilityMap {
         levels
     }
 
-    /// Contour lines of the margin: the zero line, and the others if the look has contours.
+    /// Contour lines of the margin: the zero line, and the others if the map stands alone.
     fn margin_lines(&self, frame: &PlotFrame, margins: &ValueGrid, look: Look) -> Vec<ContourLevel> {
         let levels = self.levels(margins);
         let step = levels.windows(2).map(|p| (p[1] - p[0]).abs()).filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min);
@@ -269,9 +269,9 @@ impl AcceptabilityMap {
             let sign = if level > 0.0 && !zero { "+" } else { "" };
             let text = format!("{sign}{} {}", fixed(if zero { 0.0 } else { level }, decimals), unit_symbol(&self.margin_unit));
             let lines = margins.contour_in(level, |i, j| zero || !self.jumps(margins, i, j, step));
-            ContourLevel::new(frame, &lines, look.contours.then_some(text), if zero { 2.6 } else { 1.1 })
+            ContourLevel::new(frame, &lines, (!look.is_on_sheet).then_some(text), if zero { 2.6 } else { 1.1 })
         };
-        levels.into_iter().filter(|level| is_zero(*level) || look.contours).map(line).collect()
+        levels.into_iter().filter(|level| is_zero(*level) || !look.is_on_sheet).map(line).collect()
     }
 
     /// Whether the margin jumps within a cell because another limit begins to bind there. The margins between belong to no
@@ -346,6 +346,12 @@ impl AcceptabilityMap {
         badges
     }
 
+    /// The letter of a limit: on a sheet that of its list of limits, on a map alone one after the other.
+    fn letter(&self, index: usize, look: Look) -> String {
+        let own = if look.is_on_sheet { None } else { self.binding_limits().iter().position(|own| *own == index) };
+        letter(own.unwrap_or(index))
+    }
+
     /// The limits that bind somewhere on the map, as indices.
     pub(crate) fn binding_limits(&self) -> Vec<usize> {
         let mut present: Vec<usize> = self.binding_numbers().into_iter().flatten().collect();
@@ -364,8 +370,8 @@ impl AcceptabilityMap {
         let binding = self.binding_limits();
         if !binding.is_empty() {
             legend.add(Swatch::Heading, "Limit that binds");
-            for index in binding {
-                legend.add(Swatch::Badge(letter(index)), &*self.limits[index]);
+            for (place, index) in binding.into_iter().enumerate() {
+                legend.add(Swatch::Badge(letter(place)), &*self.limits[index]);
             }
             if self.binding_limits().len() > 1 {
                 legend.add(Swatch::Line(INK, 1.3, BINDING_BORDER), "another limit binds");
@@ -427,7 +433,7 @@ impl Figure for AcceptabilityMap {
         let page = self.page();
         let (x, y) = self.axes()?;
         let frame = PlotFrame::inside((MARGIN, page.top()), (PLOT_WIDTH, PLOT), x, y);
-        self.paint_inside(canvas, &frame, Look { label: 13.0, badge: 11.0, contours: true })?;
+        self.paint_inside(canvas, &frame, Look { label: 13.0, badge: 11.0, is_on_sheet: false })?;
         frame.paint_axes(canvas)?;
         self.legend().paint_stacked(canvas, (MARGIN + PLOT_WIDTH + 14.0, frame.top), self.legend_width())?;
         page.paint(canvas, self.size()?.1)

@@ -146,12 +146,31 @@ impl<'a> Canvas<'a> {
     /// # Errors
     /// If the surface refuses.
     pub fn polygon(&mut self, places: &[PixelPoint], colour: Rgb, alpha: f64) -> Result<()> {
-        if places.len() < 3 || places.iter().any(|p| !(p.0.is_finite() && p.1.is_finite())) {
-            return Ok(());
+        match self.corners(places) {
+            Some(pixels) => self.surface.polygon(&pixels, colour, alpha),
+            None => Ok(()),
+        }
+    }
+
+    /// A filled polygon that others of its area adjoin, with no seam between them.
+    ///
+    /// # Errors
+    /// If the surface refuses.
+    pub fn tile(&mut self, places: &[PixelPoint], colour: Rgb) -> Result<()> {
+        match self.corners(places) {
+            Some(pixels) => self.surface.tile(&pixels, colour),
+            None => Ok(()),
+        }
+    }
+
+    /// Corners of a polygon; `None` if it has no area or a place is not finite.
+    fn corners(&self, places: &[PixelPoint]) -> Option<Vec<Pixel>> {
+        if places.iter().any(|p| !(p.0.is_finite() && p.1.is_finite())) {
+            return None;
         }
         let mut pixels: Vec<Pixel> = places.iter().map(|p| self.pixel(*p)).collect();
         pixels.dedup();
-        if pixels.len() < 3 { Ok(()) } else { self.surface.polygon(&pixels, colour, alpha) }
+        (pixels.len() >= 3).then_some(pixels)
     }
 
     /// An open line, dashed by its stroke; broken where a place is not finite.

@@ -16,7 +16,7 @@ use coldplate_base::error::{Error, Result};
 pub struct HeatFigure {
     /// Title.
     pub title: String,
-    /// Sources with their heat into the machine, W. A surface warmed by the chamber belongs here.
+    /// Sources with their heat into the machine, W; negative where they take heat out.
     pub sources: Vec<(String, f64)>,
     /// Sinks with their heat out of the machine, W; negative where heat flows in.
     pub sinks: Vec<(String, f64)>,
@@ -35,7 +35,7 @@ const HEADING: f64 = 30.0;
 /// Most bars shown per group, a count; the smaller ones beyond are added up. Chosen by eye.
 const MOST: usize = 14;
 
-/// A bar and, for the numbers, the share of its group's heat.
+/// A bar and, for the numbers, its share of all heat that flows this way.
 struct Bar {
     name: String,
     watts: f64,
@@ -49,15 +49,17 @@ impl Bar {
     }
 }
 
-fn bars(group: &[(String, f64)]) -> Vec<Bar> {
-    let mut known: Vec<(String, f64)> = group.iter().filter(|(_, w)| w.abs() < 1e290).cloned().collect();
-    known.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
+/// Bars of what flows one way. A wall warmer than the machine gives heat, so that it stands among the heat in: both groups
+/// then have one sum, and all shares are of it.
+fn bars<'a>(flows: impl Iterator<Item = (&'a String, f64)>) -> Vec<Bar> {
+    let mut known: Vec<(String, f64)> = flows.filter(|(_, w)| *w >= 0.0 && *w < 1e290).map(|(name, w)| (name.clone(), w)).collect();
+    known.sort_by(|a, b| b.1.total_cmp(&a.1));
     if known.len() > MOST {
         let rest = known.split_off(MOST - 1);
         known.push((format!("{} others together", rest.len()), rest.iter().map(|r| r.1).sum()));
     }
-    let total: f64 = known.iter().map(|b| b.1).filter(|w| *w > 0.0).sum();
-    known.into_iter().map(|(name, watts)| Bar { name, watts, share: if total > 0.0 { watts / total } else { f64::NAN } }).collect()
+    let total: f64 = known.iter().map(|b| b.1).sum();
+    known.into_iter().map(|(name, watts)| Bar { name, watts, share: watts / total }).collect()
 }
 
 /// Watts to three or four figures, as one reads them.
@@ -74,8 +76,7 @@ pub fn watts(value: f64) -> String {
 
 impl HeatFigure {
     fn page(&self) -> Page {
-        let sum = |group: &[(String, f64)]| group.iter().map(|g| g.1).filter(|w| w.is_finite()).sum::<f64>();
-        let (into, out) = (sum(&self.sources), sum(&self.sinks));
+        let [into, out] = self.groups().map(|(_, bars, ..)| bars.iter().map(|b| b.watts).sum::<f64>());
         let balance = format!("In {}, out {}, difference {}", watts(into), watts(out), watts(into - out));
         let mut footer = vec![balance, fixed_conditions(&self.fixed)];
         footer.extend(self.notes.iter().cloned());
@@ -83,7 +84,13 @@ impl HeatFigure {
     }
 
     fn groups(&self) -> [(&'static str, Vec<Bar>, Rgb, Hatch); 2] {
-        [("Heat in, by source", bars(&self.sources), ORANGE, Hatch::Plain), ("Heat out, by sink", bars(&self.sinks), SKY, Hatch::Falling)]
+        let flows = |own: &[(String, f64)], other: &[(String, f64)]| {
+            bars(own.iter().map(|(name, w)| (name, *w)).chain(other.iter().filter(|(_, w)| *w < 0.0).map(|(name, w)| (name, -w))))
+        };
+        [
+            ("Heat in", flows(&self.sources, &self.sinks), ORANGE, Hatch::Plain),
+            ("Heat out", flows(&self.sinks, &self.sources), SKY, Hatch::Falling),
+        ]
     }
 
     fn axis(&self) -> Result<PlotAxis> {
@@ -96,14 +103,9 @@ impl HeatFigure {
         };
         // The numbers stand beyond the ends of the bars, and need room there.
         let room = WIDTH - 2.0 * MARGIN - self.rows().names_width - 26.0;
-        let widest = |negative: bool| {
-            let bars = self.groups().into_iter().flat_map(|g| g.1).filter(|b| (b.watts < 0.0) == negative);
-            let width = bars.map(|b| fonts::width(&b.label(), size::TICK, FontWeight::Regular) + 14.0).fold(0.0, f64::max);
-            (width / room).min(0.4)
-        };
-        let (before, behind) = (widest(true), widest(false));
-        let length = range.length() / (1.0 - before - behind);
-        Ok(PlotAxis::linear("heat flow [W]", Range { low: range.low - before * length, high: range.high + behind * length }))
+        let labels = self.groups().into_iter().flat_map(|g| g.1).map(|b| fonts::width(&b.label(), size::TICK, FontWeight::Regular));
+        let behind = ((labels.fold(0.0, f64::max) + 14.0) / room).min(0.4);
+        Ok(PlotAxis::linear("heat flow [W]", Range { low: 0.0, high: range.high / (1.0 - behind) }))
     }
 
     fn rows(&self) -> NamedRows {
@@ -147,13 +149,10 @@ impl Figure for HeatFigure {
             let zero = frame.at(0.0, 0.0).0;
             for (k, bar) in bars.iter().enumerate() {
                 let (end, y) = (frame.at(bar.watts, 0.0).0, rows.middle(&frame, k));
-                let (left, width, height) = (zero.min(end), (end - zero).abs(), 0.6 * rows.row.min(34.0));
-                canvas.rectangle(left, y - height / 2.0, width, height, *colour, 1.0)?;
-                hatch_rectangle(canvas, (left, y - height / 2.0), (width, height), *pattern, *colour)?;
-                let label = bar.label();
-                let text = CanvasText::new(&label).size(size::TICK);
-                let base = y + 0.36 * size::TICK;
-                if bar.watts < 0.0 { canvas.text((end - 6.0, base), &text.end())? } else { canvas.text((end + 6.0, base), &text)? }
+                let (width, height) = (end - zero, 0.6 * rows.row.min(34.0));
+                canvas.rectangle(zero, y - height / 2.0, width, height, *colour, 1.0)?;
+                hatch_rectangle(canvas, (zero, y - height / 2.0), (width, height), *pattern, *colour)?;
+                canvas.text((end + 6.0, y + 0.36 * size::TICK), &CanvasText::new(&bar.label()).size(size::TICK))?;
             }
             if Some(index) == last {
                 frame.paint_across(canvas, false)?;

@@ -50,6 +50,8 @@ pub struct Pipe {
     pub name: String,
     /// Axis of the channel from inlet to outlet, m.
     pub path: Vec<[f64; 3]>,
+    /// Bodies of the part it runs in, as [`SurfacePiece::body`] numbers them: it shows through these and no others.
+    pub bodies: Vec<usize>,
 }
 
 /// Direction from which the machine is seen.
@@ -97,7 +99,7 @@ pub struct MachineFigure {
     pub quantity: Quantity,
     /// Surfaces.
     pub pieces: Vec<SurfacePiece>,
-    /// Channels; they are drawn even where a part hides them.
+    /// Channels; each shows through its own part, and is hidden by others.
     pub pipes: Vec<Pipe>,
     /// Sensors; they are drawn even where a part hides them.
     pub probes: Vec<Probe>,
@@ -110,9 +112,9 @@ pub struct MachineFigure {
 }
 
 /// Width of the figure, CSS pixels. Chosen by eye.
-const WIDTH: f64 = 1120.0;
+const WIDTH: f64 = 1060.0;
 /// Room for names at each side of the picture, CSS pixels. Chosen by eye.
-const NAMES: f64 = 200.0;
+const NAMES: f64 = 170.0;
 /// Largest height of the picture, CSS pixels. Chosen by eye.
 const TALLEST: f64 = 640.0;
 /// Height of a name with its reading, CSS pixels: two lines of text.
@@ -178,7 +180,7 @@ impl MachineFigure {
         })
     }
 
-    /// Paints the visible pieces, the farthest first, so that nearer ones hide them.
+    /// Paints the visible pieces with the channels in them, the farthest first, so that nearer ones hide them.
     fn paint_pieces(&self, canvas: &mut Canvas, projection: &Projection, range: Range) -> Result<()> {
         let eye = projection.axes[2];
         let depth = |p: &SurfacePiece| p.corners.iter().map(|c| dot(*c, eye)).sum::<f64>() / p.corners.len().max(1) as f64;
@@ -187,40 +189,33 @@ impl MachineFigure {
             bodies.entry(piece.body).or_default().push(piece);
         }
         let around = |pieces: &Vec<&SurfacePiece>| Around::of(pieces.iter().flat_map(|p| p.corners.iter().copied()));
-        let (boxes, bodies): (Vec<Around>, Vec<Vec<&SurfacePiece>>) =
-            bodies.into_values().filter_map(|pieces| Some((around(&pieces)?, pieces))).unzip();
-        let painted = order(&boxes, eye).into_iter().flat_map(|body| {
+        let (boxes, bodies): (Vec<Around>, Vec<(usize, Vec<&SurfacePiece>)>) =
+            bodies.into_iter().filter_map(|(body, pieces)| Some((around(&pieces)?, (body, pieces)))).unzip();
+        let order: Vec<&(usize, Vec<&SurfacePiece>)> = order(&boxes, eye).into_iter().map(|at| &bodies[at]).collect();
+        for (at, (body, pieces)) in order.iter().enumerate() {
             let mut seen: Vec<(f64, &SurfacePiece)> =
-                bodies[body].iter().filter(|p| dot(p.outward, eye) > 1e-12).map(|p| (depth(p), *p)).collect();
+                pieces.iter().filter(|p| dot(p.outward, eye) > 1e-12).map(|p| (depth(p), *p)).collect();
             seen.sort_by(|a, b| a.0.total_cmp(&b.0));
-            seen
-        });
-        for (_, piece) in painted {
-            let colour = sequential((piece.temperature - range.low) / range.length());
-            let places: Vec<PixelPoint> = piece.corners.iter().map(|c| projection.at(*c)).collect();
-            canvas.polygon(&widened(&places), colour, 1.0)?;
-            let ink = if colour.luminance() < 0.16 { Rgb(190, 190, 190) } else { Rgb(50, 50, 50) };
-            for i in (0..places.len()).filter(|i| piece.edges.get(*i).copied().unwrap_or(false)) {
-                canvas.line(&[places[i], places[(i + 1) % places.len()]], Stroke::solid(ink, 0.8))?;
+            for (_, piece) in seen {
+                Self::paint_piece(canvas, projection, range, piece)?;
+            }
+            // After the last body of its part, so that bodies in front of the part hide the channel.
+            let is_last =
+                |pipe: &&Pipe| pipe.bodies.contains(body) && !order[at + 1..].iter().any(|(later, _)| pipe.bodies.contains(later));
+            for pipe in self.pipes.iter().filter(is_last) {
+                paint_pipe(canvas, projection, pipe)?;
             }
         }
         Ok(())
     }
 
-    fn paint_pipes(&self, canvas: &mut Canvas, projection: &Projection) -> Result<()> {
-        for pipe in &self.pipes {
-            let places: Vec<PixelPoint> = pipe.path.iter().map(|p| projection.at(*p)).collect();
-            // A channel that is small on the page would otherwise fill its plate.
-            let extent = |of: fn(&PixelPoint) -> f64| Range::of(places.iter().map(of)).map_or(0.0, |r| r.length());
-            let size = (extent(|p| p.0).hypot(extent(|p| p.1)) / 160.0).clamp(0.35, 1.0);
-            canvas.line(&places, Stroke::solid(WHITE, 3.6 * size))?;
-            canvas.line(&places, Stroke::solid(PIPE, 2.0 * size))?;
-            if let [first, .., last] = places.as_slice() {
-                for (place, colour) in [(first, BLUE), (last, PIPE)] {
-                    canvas.disc(*place, 5.0 * size, WHITE)?;
-                    canvas.disc(*place, 3.6 * size, colour)?;
-                }
-            }
+    fn paint_piece(canvas: &mut Canvas, projection: &Projection, range: Range, piece: &SurfacePiece) -> Result<()> {
+        let colour = sequential((piece.temperature - range.low) / range.length());
+        let places: Vec<PixelPoint> = piece.corners.iter().map(|c| projection.at(*c)).collect();
+        canvas.tile(&widened(&places), colour)?;
+        let ink = if colour.luminance() < 0.16 { Rgb(190, 190, 190) } else { Rgb(50, 50, 50) };
+        for i in (0..places.len()).filter(|i| piece.edges.get(*i).copied().unwrap_or(false)) {
+            canvas.line(&[places[i], places[(i + 1) % places.len()]], Stroke::solid(ink, 0.8))?;
         }
         Ok(())
     }
@@ -266,7 +261,8 @@ impl MachineFigure {
         for k in 0..STEPS {
             let t = (k as f64 + 0.5) / STEPS as f64;
             let step = length / STEPS as f64;
-            canvas.rectangle(left + step * k as f64, top, step + 0.6, 16.0, sequential(t), 1.0)?;
+            let (x0, x1) = (left + step * k as f64, left + step * (k + 1) as f64);
+            canvas.tile(&[(x0, top), (x1, top), (x1, top + 16.0), (x0, top + 16.0)], sequential(t))?;
         }
         canvas.frame(left, top, length, 16.0, Stroke::solid(AXIS, 1.0))?;
         let ticks = linear(range, 6);
@@ -299,6 +295,22 @@ impl MachineFigure {
         }
         Ok(())
     }
+}
+
+fn paint_pipe(canvas: &mut Canvas, projection: &Projection, pipe: &Pipe) -> Result<()> {
+    let places: Vec<PixelPoint> = pipe.path.iter().map(|p| projection.at(*p)).collect();
+    // A channel that is small on the page would otherwise fill its plate.
+    let extent = |of: fn(&PixelPoint) -> f64| Range::of(places.iter().map(of)).map_or(0.0, |r| r.length());
+    let size = (extent(|p| p.0).hypot(extent(|p| p.1)) / 160.0).clamp(0.35, 1.0);
+    canvas.line(&places, Stroke::solid(WHITE, 3.6 * size))?;
+    canvas.line(&places, Stroke::solid(PIPE, 2.0 * size))?;
+    if let [first, .., last] = places.as_slice() {
+        for (place, colour) in [(first, BLUE), (last, PIPE)] {
+            canvas.disc(*place, 5.0 * size, WHITE)?;
+            canvas.disc(*place, 3.6 * size, colour)?;
+        }
+    }
+    Ok(())
 }
 
 /// The piece a little larger, so that no seam shows between it and its neighbours.
@@ -344,7 +356,6 @@ impl Figure for MachineFigure {
         let (page, range) = (self.page(), self.range()?);
         let projection = self.projection(page.top())?;
         self.paint_pieces(canvas, &projection, range)?;
-        self.paint_pipes(canvas, &projection)?;
         self.paint_probes(canvas, &projection, page.top())?;
         self.paint_bar(canvas, page.top() + projection.height + 22.0, range)?;
         page.paint(canvas, self.size()?.1)

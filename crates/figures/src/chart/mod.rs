@@ -74,6 +74,11 @@ pub trait Figure {
     /// An input error: there is nothing to draw, or the data contradict each other.
     fn size(&self) -> Result<canvas::PixelSize>;
 
+    /// Whether it keeps its white ground on a dark page: a sheet for paper, or colours that shade into white.
+    fn is_on_white(&self) -> bool {
+        false
+    }
+
     /// Draws the figure, the top left corner being (0, 0).
     ///
     /// # Errors

@@ -39,6 +39,8 @@ pub struct OneFactorFigure {
     pub y: Quantity,
     /// The points, in the order of the legend.
     pub curves: Vec<SampledCurve>,
+    /// Subject of the bands, as `fit` or `machine`; may be empty. A band of the one says nothing of the other.
+    pub band_of: String,
     /// The variables held, with their values.
     pub fixed: Vec<(Quantity, f64)>,
     /// More lines for the footer.
@@ -55,7 +57,7 @@ const LINE: f64 = 18.0;
 const SWATCH: f64 = 44.0;
 
 /// Half width below which a surrogate or fit counts as exact, K. Chosen: no reading resolves it.
-const EXACT: f64 = 1e-6;
+const EXACT: f64 = 1e-3;
 
 impl SampledCurve {
     fn has_band(&self) -> bool {
@@ -192,8 +194,13 @@ impl OneFactorFigure {
     }
 
     fn paint_data(&self, canvas: &mut Canvas, frame: &PlotFrame) -> Result<()> {
+        let is_crowded = self.is_crowded();
         for (index, curve) in self.curves.iter().enumerate() {
             if !curve.has_band() {
+                continue;
+            }
+            if is_crowded {
+                self.paint_bar(canvas, frame, index)?;
                 continue;
             }
             let places: Vec<(f64, f64, f64)> =
@@ -218,6 +225,32 @@ impl OneFactorFigure {
         Ok(())
     }
 
+    /// Whether three bands or more lie over each other somewhere: their colours would mix to one grey.
+    fn is_crowded(&self) -> bool {
+        let banded: Vec<&SampledCurve> = self.curves.iter().filter(|c| c.has_band()).collect();
+        let longest = banded.iter().map(|c| c.line.len()).max().unwrap_or(0);
+        let ends = |place: usize| {
+            let end = |c: &&SampledCurve| c.line.get(place).map(|(_, y)| (y - c.half_width_at(place), y + c.half_width_at(place)));
+            banded.iter().filter_map(end).collect::<Vec<_>>()
+        };
+        (0..longest).map(ends).any(|ends| ends.iter().any(|(low, _)| ends.iter().filter(|(from, to)| from <= low && low < to).count() > 2))
+    }
+
+    /// The band of a curve as a bar at one place of its line; the bars of a figure stand side by side.
+    fn paint_bar(&self, canvas: &mut Canvas, frame: &PlotFrame, index: usize) -> Result<()> {
+        let curve = &self.curves[index];
+        let place = (index + 1) * curve.line.len() / (self.curves.len() + 1);
+        let Some((x, y)) = curve.line.get(place).copied() else { return Ok(()) };
+        let half = curve.half_width_at(place);
+        let ((across, high), (_, low)) = (frame.at(x, y + half), frame.at(x, y - half));
+        let stroke = Stroke::solid(series(index).colour, 1.6);
+        canvas.line(&[(across, high), (across, low)], stroke)?;
+        for end in [high, low] {
+            canvas.line(&[(across - 6.0, end), (across + 6.0, end)], stroke)?;
+        }
+        canvas.marker((across, frame.at(x, y).1), series(index).marker, 4.2, series(index).colour)
+    }
+
     fn paint_table(&self, canvas: &mut Canvas, top: f64) -> Result<()> {
         let (name, formula, _) = self.columns();
         let right = WIDTH - MARGIN;
@@ -227,7 +260,8 @@ impl OneFactorFigure {
             canvas.text((formula, top + 15.0), &heading("fitted function"))?;
         }
         if self.has_bands() {
-            canvas.text((right, top + 15.0), &heading("95 % band").end())?;
+            let of = if self.band_of.is_empty() { String::new() } else { format!(" of the {}", self.band_of) };
+            canvas.text((right, top + 15.0), &heading(&format!("95 % band{of}")).end())?;
         }
         canvas.line(&[(MARGIN, top + 22.0), (right, top + 22.0)], Stroke::solid(AXIS, 1.0))?;
         let mut y = top + 24.0;

@@ -136,7 +136,7 @@ impl OperatorSheet {
         let mut limits: Vec<Vec<String>> = self
             .limits
             .iter()
-            .map(|(name, value)| fonts::wrap(&format!("{name}: {value}"), MEDIUM, FontWeight::Regular, column, 3))
+            .map(|(name, value)| fonts::wrap(&format!("{name}: {value}"), MEDIUM, FontWeight::Regular, column, 4))
             .collect();
         let mut more_limits = 0;
         loop {
@@ -197,7 +197,7 @@ impl OperatorSheet {
             }
             let (x, y) = map.axes()?;
             let frame = PlotFrame::with_text((left, top + above), (width, height - above - below - key), x, y, text);
-            map.paint_inside(canvas, &frame, Look { label: text, badge: text * 0.85, contours: false })?;
+            map.paint_inside(canvas, &frame, Look { label: text, badge: text * 0.85, is_on_sheet: true })?;
             frame.paint_axes(canvas)?;
             for (k, words) in fixed(map).iter().enumerate() {
                 let base = top + height - key - below + 1.25 * text * (k as f64 + 0.9);
@@ -327,6 +327,10 @@ impl Figure for OperatorSheet {
     fn size(&self) -> Result<(f64, f64)> {
         self.check()?;
         Ok((WIDTH, HEIGHT))
+    }
+
+    fn is_on_white(&self) -> bool {
+        true
     }
 
     fn paint(&self, canvas: &mut Canvas) -> Result<()> {

@@ -33,8 +33,8 @@ pub fn to_svg_string(figure: &dyn Figure) -> Result<String> {
     let mut canvas = Canvas::new(&mut surface);
     canvas.rectangle(0.0, 0.0, size.0, size.1, WHITE, 1.0)?;
     figure.paint(&mut canvas)?;
-    let lengths = surface.close()?;
-    Ok(vector::finish(&markup, figure.title(), size, &lengths))
+    let marks = surface.close()?;
+    Ok(vector::finish(&markup, figure, size, &marks))
 }
 
 /// The figure as RGB pixels, row by row from the top, with width and height.

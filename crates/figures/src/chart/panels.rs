@@ -72,7 +72,7 @@ impl PanelsFigure {
             y = Range { low: middle - 0.5 * LEAST, high: middle + 0.5 * LEAST };
         }
         let axes = (PlotAxis::linear(self.x.label(), x), PlotAxis::linear(self.y.label(), y.padded(0.08)));
-        Ok(PlotFrame::with_text((left, top + HEADING), (width, PANEL - HEADING - 6.0), axes.0, axes.1, 11.0))
+        Ok(PlotFrame::with_text((left, top + HEADING), (width, PANEL - HEADING - 6.0), axes.0, axes.1, 12.0))
     }
 
     fn paint_panel(&self, canvas: &mut Canvas, panel: &Panel, at: PixelPoint, width: f64) -> Result<()> {

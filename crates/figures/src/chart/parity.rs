@@ -70,7 +70,7 @@ pub struct ParityFigure {
     pub reference: String,
     /// The conditions.
     pub samples: Vec<ParityPoint>,
-    /// Half width of the 95 % band, drawn about zero error; 0 or not finite draws none.
+    /// Half width of the 95 % band of the fit, drawn about zero error; 0 or not finite draws none.
     pub half_width: f64,
     /// Lines for the footer.
     pub notes: Vec<String>,
@@ -131,7 +131,7 @@ impl ParityFigure {
         }
         legend.add(Swatch::Line(MUTED, 1.4, &[]), "perfect agreement");
         if self.half_width.is_finite() && self.half_width > 0.0 {
-            legend.add(Swatch::Line(INK, 1.4, DASHED), "95 % band");
+            legend.add(Swatch::Line(INK, 1.4, DASHED), "95 % band of the fit");
         }
         legend
     }

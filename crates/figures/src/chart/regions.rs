@@ -99,7 +99,7 @@ pub(crate) fn fill_positive(canvas: &mut Canvas, grid: &ValueGrid, colour: Rgb, 
             }
             let Some(four) = corners else { continue };
             let part: Vec<PixelPoint> = clip(&four).into_iter().map(|(x, y)| place(x, y)).collect();
-            canvas.polygon(&part, colour, 1.0)?;
+            canvas.tile(&part, colour)?;
             // A thin outline closes the seam to the neighbouring cells that smoothed edges would show.
             let outline: Vec<PixelPoint> = part.iter().chain(part.first()).copied().collect();
             canvas.line(&outline, Stroke::solid(colour, 0.7))?;
@@ -124,7 +124,8 @@ fn strip(
     let up = if j + 2 < grid.y.len() { 0.5 } else { 0.0 };
     let left = if run.start > 0 { 0.35 } else { 0.0 };
     let right = if run.end + 1 < grid.x.len() { 0.35 } else { 0.0 };
-    canvas.rectangle(low.0 - left, high.1 - up, high.0 - low.0 + left + right, low.1 - high.1 + up, colour, 1.0)
+    let (x0, x1, y0, y1) = (low.0 - left, high.0 + right, high.1 - up, low.1);
+    canvas.tile(&[(x0, y0), (x1, y0), (x1, y1), (x0, y1)], colour)
 }
 
 /// The part of a cell where the function, linear along its edges, is positive.

@@ -261,6 +261,10 @@ impl Figure for ResidualSheet {
         Ok((WIDTH, page.top() + self.sheets_height(&self.plan()) + 12.0 + BAR + page.bottom()))
     }
 
+    fn is_on_white(&self) -> bool {
+        true
+    }
+
     fn paint(&self, canvas: &mut Canvas) -> Result<()> {
         self.check()?;
         let (page, plan) = (self.page(), self.plan());

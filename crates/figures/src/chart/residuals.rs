@@ -28,7 +28,7 @@ pub struct ResidualFigure {
     pub residuals: Vec<f64>,
     /// Whether the fit has not seen the condition; may be empty, none is then held out.
     pub held_out: Vec<bool>,
-    /// Half width of the 95 % band; 0 or not finite draws none.
+    /// Half width of the 95 % band of the fit; 0 or not finite draws none.
     pub half_width: f64,
     /// Lines for the footer.
     pub notes: Vec<String>,
@@ -92,7 +92,7 @@ impl ResidualFigure {
             }
         }
         if self.half_width.is_finite() && self.half_width > 0.0 {
-            legend.add(Swatch::Line(INK, 1.4, DASHED), "95 % band");
+            legend.add(Swatch::Line(INK, 1.4, DASHED), "95 % band of the fit");
         }
         legend
     }

@@ -28,6 +28,10 @@ impl Figure for Resized<'_> {
         Ok((self.width, self.figure.size()?.1 * self.factor()?))
     }
 
+    fn is_on_white(&self) -> bool {
+        self.figure.is_on_white()
+    }
+
     fn paint(&self, canvas: &mut Canvas) -> Result<()> {
         canvas.magnified(self.factor()?, |canvas| self.figure.paint(canvas))
     }

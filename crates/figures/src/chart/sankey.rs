@@ -4,7 +4,7 @@ use super::Figure;
 use super::canvas::{Canvas, CanvasText, PixelPoint, Stroke};
 use super::fonts::{self, FontWeight};
 use super::heat::watts;
-use super::style::{INK, ORANGE, Quantity, Rgb, SKY, VERMILLION};
+use super::style::{INK, ORANGE, Quantity, Rgb, SKY, VERMILLION, fixed};
 use super::title_and_footer::{MARGIN, Page, fixed_conditions};
 use coldplate_base::error::{Error, Result};
 
@@ -95,11 +95,15 @@ struct Layout {
 impl SankeyFigure {
     fn page(&self) -> Page {
         let HeatTotal { made, entering, leaving } = self.total;
-        // The heat of sources alone does not show where the rest comes from, for example if the chamber is warmer
-        // than the water.
-        let besides = if entering > 1e-3 * made { format!(", entering besides {}", watts(entering)) } else { String::new() };
-        let mut footer =
-            vec![format!("Made {}{besides}, leaving {}. Bands are as wide as the heat they carry.", watts(made), watts(leaving))];
+        // The heat of sources alone does not show where the rest comes from, for example if the chamber is warmer than the
+        // water. The three numbers have the decimals of the largest, and what enters is the difference of the other two as
+        // they are shown, so that they add up for a reader.
+        let decimals = (3.0 - (made + entering).log10().floor()).clamp(0.0, 6.0) as usize;
+        let shown = |watts: f64| fixed(watts, decimals).parse::<f64>().unwrap_or(watts);
+        let rest = shown(leaving) - shown(made);
+        let besides = if shown(rest) > 0.0 { format!(", entering besides {} W", fixed(rest, decimals)) } else { String::new() };
+        let all = format!("Made {} W{besides}, leaving {} W.", fixed(made, decimals), fixed(leaving, decimals));
+        let mut footer = vec![format!("{all} Bands are as wide as the heat they carry.")];
         footer.push(fixed_conditions(&self.fixed));
         footer.extend(self.notes.iter().cloned());
         Page::new(WIDTH, &self.title, "", &footer)

@@ -5,13 +5,18 @@
 pub struct Rgb(pub u8, pub u8, pub u8);
 
 impl Rgb {
-    /// Relative luminance, 0 (black) to 1 (white), by WCAG 2.1: how light it is in a grey print.
-    pub fn luminance(self) -> f64 {
-        let linear = |byte: u8| {
+    /// Red, green and blue as shares of light, 0 to 1 (IEC 61966-2-1).
+    pub fn linear(self) -> [f64; 3] {
+        [self.0, self.1, self.2].map(|byte| {
             let c = f64::from(byte) / 255.0;
             if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
-        };
-        0.2126 * linear(self.0) + 0.7152 * linear(self.1) + 0.0722 * linear(self.2)
+        })
+    }
+
+    /// Relative luminance, 0 (black) to 1 (white), by WCAG 2.1: how light it is in a grey print.
+    pub fn luminance(self) -> f64 {
+        let [red, green, blue] = self.linear();
+        0.2126 * red + 0.7152 * green + 0.0722 * blue
     }
 
     /// A darker colour of this hue: for lines over an area of this colour.
@@ -162,6 +167,12 @@ impl Quantity {
         if self.is_number() { name } else { format!("{name} [{}]", unit_symbol(&self.unit)) }
     }
 
+    /// `coolant flow 9.42 L/min`; a pure number behind `=`, since a name may end in a digit.
+    pub fn named(&self, value: f64) -> String {
+        let equals = if self.is_number() { "= " } else { "" };
+        format!("{} {equals}{}", readable(&self.name), self.with_value(value))
+    }
+
     /// `9.42 L/min`, the number as given.
     pub fn with_value(&self, value: f64) -> String {
         let number = number(value);
@@ -237,7 +248,7 @@ const SEQUENCE: [Rgb; 7] =
     [Rgb(13, 8, 135), Rgb(92, 1, 166), Rgb(156, 23, 158), Rgb(204, 71, 120), Rgb(237, 121, 83), Rgb(253, 180, 47), Rgb(240, 249, 33)];
 
 /// The colour of a value at share `t` of its range, 0 to 1.
-pub(crate) fn sequential(t: f64) -> Rgb {
+pub fn sequential(t: f64) -> Rgb {
     let t = if t.is_finite() { t.clamp(0.0, 1.0) } else { 0.0 } * (SEQUENCE.len() - 1) as f64;
     let i = (t as usize).min(SEQUENCE.len() - 2);
     let (a, b, share) = (SEQUENCE[i], SEQUENCE[i + 1], t - i as f64);

@@ -47,6 +47,14 @@ pub trait DrawingSurface {
     /// If the output refuses.
     fn polygon(&mut self, points: &[Pixel], colour: Rgb, alpha: f64) -> Result<()>;
 
+    /// Fills a polygon that others of its area adjoin, with no seam between them.
+    ///
+    /// # Errors
+    /// If the output refuses.
+    fn tile(&mut self, points: &[Pixel], colour: Rgb) -> Result<()> {
+        self.polygon(points, colour, 1.0)
+    }
+
     /// Strokes an open line.
     ///
     /// # Errors

@@ -79,12 +79,6 @@ pub fn fixed_conditions(fixed: &[(Quantity, f64)]) -> String {
     if fixed.is_empty() {
         return String::new();
     }
-    let part = |(quantity, value): &(Quantity, f64)| {
-        let name = super::style::readable(&quantity.name);
-        // A name may end in a digit, which would run into a pure number.
-        let equals = if quantity.is_number() { "= " } else { "" };
-        format!("{name} {equals}{}", quantity.with_value(*value))
-    };
-    let parts: Vec<String> = fixed.iter().map(part).collect();
+    let parts: Vec<String> = fixed.iter().map(|(quantity, value)| quantity.named(*value)).collect();
     format!("Fixed: {}", parts.join(" · "))
 }

@@ -96,8 +96,12 @@ fn block(out: &mut String, block: &Block) {
             out.push_str("</dl>\n");
         }
         Block::Table(table) => folded_table(out, table),
+        Block::Lead(tone, words) => {
+            let _ = writeln!(out, "<p class=\"lead {}\">{}</p>", class(*tone), text(words));
+        }
         Block::Svg { markup, caption } => {
-            let _ = writeln!(out, "<figure>\n{}", markup.trim());
+            // The style sheet scales a figure by its own width, so that its texts stay legible.
+            let _ = writeln!(out, "<figure style=\"--width:{}\">\n{}", own_width(markup), markup.trim());
             if !caption.is_empty() {
                 let _ = writeln!(out, "<figcaption>{}</figcaption>", text(caption));
             }
@@ -116,6 +120,12 @@ fn block(out: &mut String, block: &Block) {
             let _ = writeln!(out, "<pre tabindex=\"0\"><code>{}</code></pre>", text(words));
         }
     }
+}
+
+/// Width of a figure as its markup states it, CSS pixels; that of a page where it states none.
+fn own_width(markup: &str) -> u32 {
+    let stated = markup.split_once("width=\"").and_then(|(_, rest)| rest.split_once('"'));
+    stated.and_then(|(width, _)| width.parse::<f64>().ok()).map_or(960, |width| width.round() as u32)
 }
 
 fn key_figures(out: &mut String, figures: &[KeyFigure]) {

@@ -1,7 +1,7 @@
 //! The report of a run: one HTML file that stands alone, with its figures inside.
 //!
 //! No scripts, no requests to anywhere (a content security policy in the page forbids both), one small
-//! style sheet that follows the reader's light or dark setting and prints well. Every text is escaped.
+//! style sheet that follows the reader's light or dark setting and prints what is not folded. Every text is escaped.
 //!
 //! ```
 //! use coldplate_figures::report::{Align, KeyFigure, Report, ReportTable, TableCell, Tone};
@@ -71,6 +71,7 @@ impl KeyFigure {
 #[derive(Debug, Clone, PartialEq)]
 enum Block {
     Heading(String),
+    Lead(Tone, String),
     Paragraph(String),
     List(Vec<String>),
     Facts(Vec<(String, String)>),
@@ -98,6 +99,11 @@ impl ReportSection {
     /// A smaller heading inside the section.
     pub fn heading(&mut self, text: impl Into<String>) -> &mut Self {
         self.add(Block::Heading(text.into()))
+    }
+
+    /// The answer in a sentence, set large.
+    pub fn lead(&mut self, tone: Tone, text: impl Into<String>) -> &mut Self {
+        self.add(Block::Lead(tone, text.into()))
     }
 
     /// A paragraph.
@@ -138,7 +144,7 @@ impl ReportSection {
         self.add(Block::Code(text.into()))
     }
 
-    /// Hides pieces behind this line until the reader opens it; they are printed. None adds nothing.
+    /// Hides pieces behind this line until the reader opens it; they are printed if they are open. None adds nothing.
     pub fn folded(&mut self, summary: impl Into<String>, fill: impl FnOnce(&mut ReportSection)) -> &mut Self {
         let mut inside = ReportSection::default();
         fill(&mut inside);

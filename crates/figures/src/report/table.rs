@@ -83,7 +83,7 @@ impl ReportTable {
         self
     }
 
-    /// Hides the table behind this line until the reader opens it; it is printed open.
+    /// Hides the table behind this line until the reader opens it; it is printed if it is open.
     pub fn folded(&mut self, summary: impl Into<String>) -> &mut Self {
         self.folded = Some(summary.into());
         self

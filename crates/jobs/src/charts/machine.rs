@@ -1,5 +1,6 @@
 //! `figure = "machine"`: a picture of the machine, coloured by temperature.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use super::super::gallery::Gallery;
@@ -12,7 +13,7 @@ use coldplate_base::units::{Celsius, Kelvin, Measurand};
 use coldplate_describe::machine::{Face, Machine, SensorReading};
 use coldplate_figures::chart::machine::{MachineFigure, Pipe, Probe, SurfacePiece, View};
 use coldplate_figures::chart::style::Quantity;
-use coldplate_solve::meshed::MeshedMachine;
+use coldplate_solve::meshed::{MeshedMachine, SteadyState};
 use coldplate_tables::Table;
 
 /// Number of pieces along an edge of a block, if the definition does not say. Chosen: smooth colours against the size
@@ -51,42 +52,60 @@ impl MachineChart {
         let parts = chosen(&head.root(), "parts", &parts)?;
         let sensors: Vec<&str> = machine.sensors.iter().map(|s| s.name.as_str()).collect();
         let sensors = chosen(&head.root(), "points", &sensors)?;
-        let temperatures = &state.solution.temperatures;
-        let hull = model.mesh.hull(self.detail);
-        let pieces = hull.into_iter().filter(|f| parts.contains(&f.part)).map(|facet| {
-            let mean = facet.nodes.iter().map(|n| temperatures[*n]).sum::<f64>() / facet.nodes.len().max(1) as f64;
-            SurfacePiece {
-                body: facet.body,
-                corners: facet.corners,
-                edges: facet.edges,
-                outward: facet.outward,
-                temperature: Celsius::from(Kelvin(mean)).0,
-            }
-        });
-        let readings = model.readings(&state);
-        let degrees = |s: usize| (machine.sensors[s].measurand() == Measurand::Temperature).then(|| readings[s]);
-        let probe = |sensor: &usize| {
-            let (part, at) = place_of(model, machine, *sensor)?;
-            let shown = part.is_none_or(|p| parts.contains(&p));
-            shown.then(|| Probe { name: machine.sensors[*sensor].name.clone(), at, reading: degrees(*sensor) })
-        };
-        let mut probes: Vec<Probe> = sensors.iter().filter_map(probe).collect();
+        let mut figure = figure(model, &state, &parts, &sensors, self.detail);
         if let Some(file) = &self.places {
-            probes.extend(proposed(model, file)?.into_iter().filter(|(part, _)| parts.contains(part)).map(|(_, probe)| probe));
+            figure.probes.extend(proposed(model, file)?.into_iter().filter(|(part, _)| parts.contains(part)).map(|(_, probe)| probe));
         }
-        let pipes = machine.channels.iter().filter(|c| parts.contains(&c.part));
         let figure = MachineFigure {
             title: head.title(format!("{}: temperatures", machine.name)),
             view: self.view,
-            quantity: Quantity::new("temperature", "degC"),
-            pieces: pieces.collect(),
-            pipes: pipes.map(|c| Pipe { name: c.name.clone(), path: c.path.clone() }).collect(),
-            probes,
             place_name: self.place_name.clone(),
             fixed,
-            notes: head.notes(["Channels and sensors are drawn through what hides them.".to_string()]),
+            notes: head.notes(figure.notes),
+            ..figure
         };
         head.add(gallery, &figure)
+    }
+}
+
+/// All parts and sensors of a machine in a state.
+pub(crate) fn whole(model: &MeshedMachine, state: &SteadyState) -> MachineFigure {
+    let (parts, sensors) = (model.machine.parts.len(), model.machine.sensors.len());
+    figure(model, state, &(0..parts).collect::<Vec<_>>(), &(0..sensors).collect::<Vec<_>>(), DETAIL)
+}
+
+/// These parts and sensors of a machine in a state, with `detail` pieces along an edge of a block.
+fn figure(model: &MeshedMachine, state: &SteadyState, parts: &[usize], sensors: &[usize], detail: usize) -> MachineFigure {
+    let (machine, temperatures) = (&model.machine, &state.solution.temperatures);
+    let hull: Vec<_> = model.mesh.hull(detail).into_iter().filter(|f| parts.contains(&f.part)).collect();
+    let bodies = |part: usize| hull.iter().filter(|f| f.part == part).map(|f| f.body).collect::<BTreeSet<_>>().into_iter().collect();
+    let channels = machine.channels.iter().filter(|c| parts.contains(&c.part));
+    let pipes = channels.map(|c| Pipe { name: c.name.clone(), path: c.path.clone(), bodies: bodies(c.part) }).collect();
+    let readings = model.readings(state);
+    let degrees = |s: usize| (machine.sensors[s].measurand() == Measurand::Temperature).then(|| readings[s]);
+    let probe = |sensor: &usize| {
+        let (part, at) = place_of(model, machine, *sensor)?;
+        let shown = part.is_none_or(|p| parts.contains(&p));
+        shown.then(|| Probe { name: machine.sensors[*sensor].name.clone(), at, reading: degrees(*sensor) })
+    };
+    let probes = sensors.iter().filter_map(probe).collect();
+    let pieces = hull.into_iter().map(|facet| {
+        let mean = facet.nodes.iter().map(|n| temperatures[*n]).sum::<f64>() / facet.nodes.len().max(1) as f64;
+        SurfacePiece {
+            body: facet.body,
+            corners: facet.corners,
+            edges: facet.edges,
+            outward: facet.outward,
+            temperature: Celsius::from(Kelvin(mean)).0,
+        }
+    });
+    MachineFigure {
+        quantity: Quantity::new("temperature", "degC"),
+        pieces: pieces.collect(),
+        pipes,
+        probes,
+        notes: vec!["Channels show through their own parts, sensors through all.".to_string()],
+        ..MachineFigure::default()
     }
 }
 

@@ -15,7 +15,7 @@ mod measured;
 mod one_factor;
 mod published;
 pub mod results;
-mod sankey;
+pub(crate) mod sankey;
 mod scan;
 mod sheet;
 mod slices;

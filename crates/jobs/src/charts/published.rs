@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use rayon::prelude::*;
+
 use super::super::figures::steps;
 use super::super::gallery::Gallery;
 use super::one_factor::{OneFactorTable, SampleSource};
@@ -9,10 +11,12 @@ use super::results::Results;
 use super::{Head, path_of};
 use coldplate_base::document::Section;
 use coldplate_base::error::{Error, Result};
-use coldplate_base::units::{dimension_of, express};
+use coldplate_base::units::{self, dimension_of, express};
+use coldplate_describe::machine::{Condition, DescribedVariable};
 use coldplate_figures::chart::panels::{Panel, PanelsFigure};
 use coldplate_figures::chart::style::Quantity;
 use coldplate_figures::chart::title_and_footer::fixed_conditions;
+use coldplate_solve::study::Study;
 use coldplate_surrogate::fit::one_factor::OneFactorFit;
 use coldplate_tables::{Column, Table};
 
@@ -24,7 +28,8 @@ const FINE: usize = 61;
 
 /// Keys: as `one_factor`; `fits` (a CSV file with the columns `table`, `part`, `sensor` and the coefficients `c0`, `c1`,
 /// ...), `number` (which table of it), `x_unit` (the unit its polynomials count in, or a multiple of one, as
-/// `1e-5 m3/s`); optional `corrections` (a CSV file with `table`, `part`, `coefficient`, `probably`).
+/// `1e-5 m3/s`); optional `corrections` (a CSV file with `table`, `part`, `coefficient`, `probably`) and `asked` (another
+/// machine at the same conditions: `machine`, `set`, `numbers`, `test`, `name`).
 #[derive(Debug, Clone)]
 pub(super) struct PublishedChart {
     samples: SampleSource,
@@ -32,6 +37,90 @@ pub(super) struct PublishedChart {
     corrections: Option<PathBuf>,
     number: String,
     x_unit: String,
+    asked: Option<AskedMachine>,
+}
+
+/// A machine with numbers that were identified, solved at the conditions of the samples.
+#[derive(Debug, Clone)]
+struct AskedMachine {
+    /// The machine file.
+    machine: PathBuf,
+    /// Changes of the machine file, `KEY=VALUE`, before its numbers.
+    set: Vec<(String, String)>,
+    /// A CSV file with the columns `number` and `value`; a number of one test alone is written `KEY@TEST`.
+    numbers: PathBuf,
+    /// The test whose numbers count.
+    test: String,
+    /// Name of its curve.
+    name: String,
+}
+
+impl AskedMachine {
+    fn read(section: Section<'_>, folder: &Path) -> Result<Self> {
+        let set = section.opt_texts("set")?.unwrap_or_default();
+        let pair = |text: &String| match text.split_once('=') {
+            Some((key, value)) => Ok((key.trim().to_string(), value.trim().to_string())),
+            None => Err(section.error_at("set", "a change is written KEY=VALUE").read(text)),
+        };
+        let asked = Self {
+            machine: path_of(&section, folder, "machine")?,
+            set: set.iter().map(pair).collect::<Result<_>>()?,
+            numbers: path_of(&section, folder, "numbers")?,
+            test: section.text("test")?,
+            name: section.text("name")?,
+        };
+        section.finish()?;
+        Ok(asked)
+    }
+
+    /// The machine with its numbers.
+    fn study(&self) -> Result<Study> {
+        let study = Study::read(&self.machine, &self.set, None)?;
+        let table = Table::read(&self.numbers)?;
+        let missing = |name: &str| Error::input(format!("there is no column '{name}'")).in_file(&self.numbers);
+        let names = &table.text("number").ok_or_else(|| missing("number"))?.values;
+        let values = &table.column("value").map_err(|e| e.in_file(&self.numbers))?.values;
+        let mut found = Vec::new();
+        for (name, value) in names.iter().zip(values) {
+            let (key, test) = name.split_once('@').map_or((name.as_str(), None), |(key, test)| (key, Some(test)));
+            if test.is_none_or(|test| test == self.test) {
+                found.push((study.parameter(key).map_err(|e| e.in_file(&self.numbers))?, *value));
+            }
+        }
+        study.with(&found.iter().map(|(parameter, value)| (parameter, *value)).collect::<Vec<_>>())
+    }
+
+    /// Readings of all sensors at every condition of a table, by row.
+    fn readings(&self, table: &Table) -> Result<AskedReadings> {
+        let study = self.study()?;
+        let model = &study.model;
+        let read = |row: usize| -> Result<Vec<f64>> {
+            let condition = |variable: &DescribedVariable| {
+                let column = table.conditions().iter().find(|c| c.name == variable.name);
+                column.map_or(Ok(variable.default.unwrap_or(f64::NAN)), |c| units::convert(c.values[row], &c.unit, variable.dimension))
+            };
+            let condition = Condition::from_si(model.machine.variables.iter().map(condition).collect::<Result<_>>()?);
+            Ok(model.readings(&model.solve(&model.solver(&condition)?, &condition)?))
+        };
+        let rows = (0..table.rows()).into_par_iter().map(read).collect::<Result<_>>()?;
+        Ok(AskedReadings { sensors: model.machine.sensors.iter().map(|s| s.name.clone()).collect(), rows })
+    }
+}
+
+/// Readings of a machine, row by row.
+struct AskedReadings {
+    sensors: Vec<String>,
+    rows: Vec<Vec<f64>>,
+}
+
+impl AskedReadings {
+    /// Readings of one sensor over `x`; none if the machine lacks it.
+    fn of(&self, sensor: &str, x: &[f64]) -> Vec<(f64, f64)> {
+        match self.sensors.iter().position(|own| own == sensor) {
+            Some(at) => x.iter().copied().zip(self.rows.iter().map(|row| row[at])).collect(),
+            None => Vec::new(),
+        }
+    }
 }
 
 /// A published polynomial, coefficients from the constant up.
@@ -50,6 +139,7 @@ impl PublishedChart {
             corrections: root.opt_text("corrections")?.map(|p| folder.join(p)),
             number: root.integer("number", 0)?.to_string(),
             x_unit: root.text("x_unit")?,
+            asked: root.opt_section("asked")?.map(|section| AskedMachine::read(section, folder)).transpose()?,
         })
     }
 
@@ -59,18 +149,21 @@ impl PublishedChart {
         let theirs = self.counted(x).map_err(|e| head.place(e, "x_unit"))?;
         let (low, high) = x.values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
         let along = steps(low, high, FINE);
+        let asked = self.asked.as_ref().map(|asked| asked.readings(&table)).transpose()?;
         let mut panels = Vec::new();
         for polynomial in self.polynomials(head)? {
             let ours = table.column(&polynomial.sensor).map_err(|e| e.in_file(&self.fits))?;
             let fit = OneFactorFit::fit(&x.values, &ours.values, degree)?;
             let line = |c: &[f64]| along.iter().map(|x| (*x, value(c, theirs.of(*x)))).collect::<Vec<_>>();
             let drawable = (value(&polynomial.printed, theirs.of(low)) - fit.value(low)).abs() < FAR;
+            let at_asked = asked.as_ref().map(|asked| asked.of(&polynomial.sensor, &x.values)).unwrap_or_default();
             panels.push(Panel {
                 title: polynomial.part.clone(),
                 samples: x.values.iter().copied().zip(ours.values.iter().copied()).collect(),
                 curves: vec![
                     along.iter().map(|x| (*x, fit.value(*x))).collect(),
                     if drawable { line(&polynomial.printed) } else { Vec::new() },
+                    at_asked,
                     polynomial.corrected.as_deref().map(line).unwrap_or_default(),
                 ],
             });
@@ -81,13 +174,17 @@ impl PublishedChart {
             .filter(|c| c.name != x.name && c.values.first().is_some_and(|v| v.is_finite()))
             .map(|c| (Quantity::new(&c.name, &c.unit), c.values[0]))
             .collect();
-        let mut names = vec![format!("ours, polynomial of degree {degree}"), "printed".to_string()];
-        if panels.iter().any(|p| !p.curves[2].is_empty()) {
-            names.push("printed, one coefficient corrected".into());
-        } else {
-            panels.iter_mut().for_each(|p| p.curves.truncate(2));
-        }
-        let usual = [fixed_conditions(&fixed), "Markers: our conditions, solved in full.".to_string()];
+        let names = [
+            format!("the machine file as shipped, polynomial of degree {degree}"),
+            "printed".to_string(),
+            self.asked.as_ref().map_or_else(String::new, |asked| asked.name.clone()),
+            "printed, one coefficient corrected".to_string(),
+        ];
+        // A curve that no panel has is no curve of the figure.
+        let used: Vec<usize> = (0..names.len()).filter(|k| *k < 2 || panels.iter().any(|p| !p.curves[*k].is_empty())).collect();
+        let names: Vec<String> = used.iter().map(|k| names[*k].clone()).collect();
+        panels.iter_mut().for_each(|p| p.curves = used.iter().map(|k| std::mem::take(&mut p.curves[*k])).collect());
+        let usual = [fixed_conditions(&fixed), "Markers: the shipped machine, solved in full.".to_string()];
         head.add(
             gallery,
             &PanelsFigure {

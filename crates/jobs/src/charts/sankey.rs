@@ -37,20 +37,28 @@ impl SankeyChart {
     pub(super) fn draw(&self, head: &Head, results: &mut Results<'_>, gallery: &mut Gallery) -> Result<()> {
         let solved = self.state.open(head, results)?;
         let model = &solved.study.model;
-        let routes = model.routes(&solved.state);
-        let ends = Ends::of(model, &solved.state);
-        let (stations, bands) = gathered(&routes, &ends, self.least);
-        let together = format!("Stations with less than {} % of the heat are put together.", number(100.0 * self.least));
+        let figure = figure(model, &solved.state, self.least);
         let figure = SankeyFigure {
             title: head.title(format!("{}: the ways of the heat", model.machine.name)),
-            stations,
-            bands,
-            total: total(&routes, &ends),
             fixed: solved.fixed,
-            notes: head.notes([together]),
+            notes: head.notes(figure.notes),
+            ..figure
         };
         head.add(gallery, &figure)
     }
+}
+
+/// The ways of all heat of a machine in a state.
+pub(crate) fn whole(model: &MeshedMachine, state: &SteadyState) -> SankeyFigure {
+    figure(model, state, LEAST)
+}
+
+fn figure(model: &MeshedMachine, state: &SteadyState, least: f64) -> SankeyFigure {
+    let routes = model.routes(state);
+    let ends = Ends::of(model, state);
+    let (stations, bands) = gathered(&routes, &ends, least);
+    let together = format!("Stations with less than {} % of the heat are put together.", number(100.0 * least));
+    SankeyFigure { stations, bands, total: total(&routes, &ends), notes: vec![together], ..SankeyFigure::default() }
 }
 
 /// Ends of the paths of heat: everything but parts, and lumped nodes that are held at a temperature.

@@ -99,6 +99,7 @@ impl ScanChart {
                 x: self.x.clone(),
                 y: Quantity::new("temperature", "degC"),
                 curves,
+                band_of: String::new(),
                 fixed,
                 notes: head.notes([]),
             },

@@ -24,7 +24,10 @@ use coldplate_surrogate::verdict::{self, Acceptability, Inverse, Surrogate, cond
 const MOST_CASES: (usize, usize) = (243, 1024);
 /// Most raises of a flow before it counts as none. Chosen: a flow that needs more has gaps too thin to rely on.
 const MOST_RAISES: usize = 64;
-/// Number of rows and columns of the table. Chosen: numbers must be readable from two metres.
+/// Number of flows tried for a cell without one that is sure to be enough. Chosen: a border between refused and uncertain is
+/// flatter than the steps between them.
+const TRIED: usize = 9;
+/// Most rows and columns of the table. Chosen: numbers must be readable from two metres.
 const TABLE: (usize, usize) = (6, 5);
 
 /// No keys but those of its source.
@@ -77,7 +80,7 @@ pub fn operator_sheet(surrogate: &Surrogate<'_>, machine: &str, provenance: &str
     }
     let unshown: Vec<usize> = (0..surrogate.variable_count()).filter(|v| ![flow, coolant, speed].contains(v)).collect();
     let (cases, with_middle) = cases(&unshown, &ranges)?;
-    let (rows, columns) = (steps(ranges[speed].0, ranges[speed].1, TABLE.0), steps(ranges[coolant].0, ranges[coolant].1, TABLE.1));
+    let (rows, columns) = (round_steps(ranges[speed], TABLE.0), round_steps(ranges[coolant], TABLE.1));
     let range = FlowRange { variable: flow, low: ranges[flow].0, high: ranges[flow].1 };
     let mut cells = Vec::new();
     for n in &rows {
@@ -115,6 +118,19 @@ pub fn operator_sheet(surrogate: &Surrogate<'_>, machine: &str, provenance: &str
     })
 }
 
+/// The ends of a range and round values between them, at most so many in all: a reader looks for 500 and 1000 rpm.
+fn round_steps((low, high): (f64, f64), most: usize) -> Vec<f64> {
+    let coarse = 10f64.powf(((high - low) / most as f64).log10().floor());
+    let steps = [1.0, 2.0, 2.5, 5.0, 10.0, 20.0, 25.0, 50.0].map(|n| n * coarse);
+    let inside = |step: f64| {
+        // A value that nearly is an end would repeat it.
+        let (first, last) = (((low + 0.3 * step) / step).ceil() as i64, ((high - 0.3 * step) / step).floor() as i64);
+        (first..=last).map(|k| k as f64 * step).collect::<Vec<f64>>()
+    };
+    let between = steps.into_iter().map(inside).find(|between| between.len() + 2 <= most).unwrap_or_default();
+    std::iter::once(low).chain(between).chain(std::iter::once(high)).collect()
+}
+
 /// The explanations, the most important first: the sheet leaves out the last if there is no room.
 fn how_to_read(surrogate: &Surrogate<'_>, looked_at: &str) -> Vec<String> {
     let held: Vec<(Quantity, f64)> = figures::always(surrogate);
@@ -122,6 +138,7 @@ fn how_to_read(surrogate: &Surrogate<'_>, looked_at: &str) -> Vec<String> {
     let always = [
         "Uncertain means: closer to a limit than the prediction is sure. Take it as not acceptable, or ask.".to_string(),
         format!("The flows of the table are enough {looked_at} of the ranges in its heading, in every combination."),
+        "any: every flow is enough. none: no flow is. ask: no flow is sure to be enough, and some may be.".into(),
         "Find the speed below and the flow at the side: the colour and the hatching say whether the condition is acceptable.".into(),
         "The letter in a region is the limit that decides there.".into(),
     ];
@@ -162,8 +179,7 @@ struct FlowRange {
 /// Cell of the table at one speed and coolant temperature.
 fn cell(surrogate: &Surrogate<'_>, at: &[f64], flow: &FlowRange, cases: &[Case]) -> Result<FlowCell> {
     let acceptable = |text: String| FlowCell { text, state: CellState::Acceptable };
-    let none = FlowCell { text: "none".into(), state: CellState::NotAcceptable };
-    let Some(smallest) = smallest_for_all(surrogate, at, flow, cases)? else { return Ok(none) };
+    let Some(smallest) = smallest_for_all(surrogate, at, flow, cases)? else { return none_or_ask(surrogate, at, flow, cases) };
     if smallest <= flow.low {
         return Ok(acceptable("any".into()));
     }
@@ -176,7 +192,29 @@ fn cell(surrogate: &Surrogate<'_>, at: &[f64], flow: &FlowRange, cases: &[Case])
             return Ok(acceptable(decimals(rounded, digits as usize)));
         }
     }
-    Ok(none)
+    none_or_ask(surrogate, at, flow, cases)
+}
+
+/// Cell without a flow that is sure to be enough: uncertain if at some flow no case is surely refused.
+fn none_or_ask(surrogate: &Surrogate<'_>, at: &[f64], flow: &FlowRange, cases: &[Case]) -> Result<FlowCell> {
+    for value in steps(flow.low, flow.high, TRIED) {
+        let mut is_refused = false;
+        for case in cases {
+            is_refused |= verdict::query(surrogate, &with(at, flow, value, case))?.verdict == Acceptability::NotAcceptable;
+        }
+        if !is_refused {
+            return Ok(FlowCell { text: "ask".into(), state: CellState::Uncertain });
+        }
+    }
+    Ok(FlowCell { text: "none".into(), state: CellState::NotAcceptable })
+}
+
+/// The condition `at` with a flow and the values of a case.
+fn with(at: &[f64], flow: &FlowRange, value: f64, case: &Case) -> Vec<f64> {
+    let mut x = at.to_vec();
+    x[flow.variable] = value;
+    case.iter().for_each(|(v, own)| x[*v] = *own);
+    x
 }
 
 /// The smallest flow that is acceptable in every case; `None` without one. The flow is raised to the one that the hardest
@@ -203,9 +241,7 @@ fn smallest_for_all(surrogate: &Surrogate<'_>, at: &[f64], flow: &FlowRange, cas
 fn hardest(surrogate: &Surrogate<'_>, at: &[f64], flow: &FlowRange, value: f64, cases: &[Case]) -> Result<Option<Vec<f64>>> {
     let mut found: Option<(f64, Vec<f64>)> = None;
     for case in cases {
-        let mut x = at.to_vec();
-        x[flow.variable] = value;
-        case.iter().for_each(|(v, own)| x[*v] = *own);
+        let x = with(at, flow, value, case);
         let answer = verdict::query(surrogate, &x)?;
         if answer.verdict == Acceptability::Acceptable {
             continue;
@@ -221,6 +257,17 @@ fn hardest(surrogate: &Surrogate<'_>, at: &[f64], flow: &FlowRange, value: f64, 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn rows_stand_at_round_values() {
+        assert_eq!(round_steps((250.0, 2500.0), 6), [250.0, 500.0, 1000.0, 1500.0, 2000.0, 2500.0]);
+        assert_eq!(round_steps((18.0, 24.0), 5), [18.0, 20.0, 22.0, 24.0]);
+        for (low, high) in [(0.0, 1.0), (-3.7, 12.9), (0.013, 0.0271), (1e6, 3.3e6)] {
+            let values = round_steps((low, high), 6);
+            assert!(values.len() <= 6 && values.len() > 3 && values.windows(2).all(|p| p[0] < p[1]), "{values:?}");
+            assert!(values[0] == low && values[values.len() - 1] == high);
+        }
+    }
 
     #[test]
     fn every_end_and_middle_is_looked_at_as_long_as_they_are_not_too_many() {

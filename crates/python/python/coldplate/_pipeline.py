@@ -13,7 +13,8 @@ import numpy as np
 from . import _coldplate
 from ._errors import InputError
 from ._progress import Progress, callback
-from ._surrogate import Record, Surrogate, rows_of
+from ._shown import Rows, as_html, as_text
+from ._surrogate import Record, Surrogate, column, rows_of
 from ._table import Table
 
 Path = "str | os.PathLike"
@@ -38,7 +39,7 @@ def _instruments(data: Any, path: Any) -> str | None:
 
 
 class Result:
-    """What a command found: `record` is what it prints as JSON, whose keys are attributes."""
+    """What a command found: `record` is what it prints as JSON, whose keys are attributes. It shows itself as tables."""
 
     def __init__(self, record: Record):
         self.record = record
@@ -51,33 +52,46 @@ class Result:
     def __dir__(self):
         return [*super().__dir__(), *self.record]
 
+    def _tables(self) -> list[Rows]:
+        raise NotImplementedError
 
-def _rows(head: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
-    show = lambda value: f"{value:.5g}" if isinstance(value, float) else html.escape(str(value))
-    cells = lambda row: "".join(f"<td>{show(value)}</td>" for value in row)
-    body = "".join(f"<tr>{cells(row)}</tr>" for row in rows)
-    return "<table><tr>" + "".join(f"<th>{html.escape(text)}</th>" for text in head) + f"</tr>{body}</table>"
+    def __repr__(self) -> str:
+        return "\n\n".join(as_text(*own) for own in self._tables())
+
+    def _repr_html_(self) -> str:
+        return "".join(as_html(*own) for own in self._tables())
 
 
 class Steady(Result):
-    """Temperatures at one condition."""
+    """Temperatures at one condition.
 
-    def _repr_html_(self) -> str:
-        sensors = _rows(["sensor", "degC"], list(self.sensors.items()))
+    >>> Machine.read("examples/tutorial/machine.toml").solve(motor_speed="2500 rpm", coolant_flow="4 L/min", cells=500)
+    sensor      degC
+    bearing    35.11
+    motor     50.294
+    outlet    20.589
+    pedestal  26.679
+    plate     20.992
+    <BLANKLINE>
+    limit     value  at most  margin
+    motor    50.294       60  9.7062
+    bearing   13.11       15  1.8901
+    """
+
+    def _tables(self) -> list[Rows]:
         limits = [(own["name"], own["value"], own["limit"], own["margin"]) for own in self.limits]
-        return sensors + (_rows(["limit", "value", "at most", "margin"], limits) if limits else "")
+        return [(["sensor", "degC"], list(self.sensors.items()))] + [(["limit", "value", "at most", "margin"], limits)] * bool(limits)
 
 
 class Bounded(Result):
     """Temperatures at one condition, each with a bound."""
 
-    def _repr_html_(self) -> str:
+    def _tables(self) -> list[Rows]:
         bounds = dict(self.bounds_K) | dict(getattr(self, "bounds_um", {}))
-        sensors = _rows(["sensor", "degC, um", "+- K, um"] if len(bounds) > len(self.bounds_K) else ["sensor", "degC", "+- K"], [
-            (name, value, bounds[name]) for name, value in self.sensors.items()
-        ])
+        head = ["sensor", "degC, um", "+- K, um"] if len(bounds) > len(self.bounds_K) else ["sensor", "degC", "+- K"]
+        sensors = [(name, value, bounds[name]) for name, value in self.sensors.items()]
         limits = [(own["name"], own.get("margin_K", own.get("margin_um")), "kept" if own["kept"] else "broken") for own in self.limits]
-        return sensors + (_rows(["limit", "margin", ""], limits) if limits else "")
+        return [(head, sensors)] + [(["limit", "margin", ""], limits)] * bool(limits)
 
 
 class History(Result):
@@ -89,6 +103,14 @@ class History(Result):
         """Time, conditions and readings."""
         self.svg = svg
         """The figure that `coldplate simulate --chart` draws."""
+
+    def _tables(self) -> list[Rows]:
+        ends = lambda own, when: own.get(f"{when}_degC", own.get(f"{when}_um", ""))
+        rows = [(name, ends(own, "start"), ends(own, "end")) for name, own in self.sensors.items()]
+        return [(["sensor", "at the start", "at the end"], rows)]
+
+    # A notebook shows the figure alone.
+    _repr_html_ = None
 
     def _repr_svg_(self) -> str:
         return self.svg
@@ -103,6 +125,9 @@ class Swept(Result):
         """Conditions and readings."""
         self.folder = folder
         """Where journal and tables are."""
+
+    def __repr__(self) -> str:
+        return f"Swept({self.conditions} conditions, {self.failed} failed; readings {', '.join(self.table.outputs)})"
 
     def _repr_html_(self) -> str:
         return self.table._repr_html_()
@@ -120,9 +145,9 @@ class Identified(Result):
         """Writes that machine file."""
         _coldplate.write_file(os.fspath(path), self.machine.encode())
 
-    def _repr_html_(self) -> str:
+    def _tables(self) -> list[Rows]:
         rows = [(name, own["before"], own["value"], own["low"], own["high"], own["unit"]) for name, own in self.parameters.items()]
-        return _rows(["parameter", "before", "found", "from", "to", "unit"], rows)
+        return [(["parameter", "before", "found", "from", "to", "unit"], rows)]
 
 
 class Diagnosis(Result):
@@ -145,15 +170,21 @@ class Diagnosis(Result):
             raise InputError("there is no extended machine to write: " + self.headline)
         _coldplate.write_file(os.fspath(path), self.machine.encode())
 
+    def _tables(self) -> list[Rows]:
+        return [(["cause", "probability"], [(own["text"], own["probability"]) for own in self.causes])] * bool(self.causes)
+
+    def __repr__(self) -> str:
+        return "\n\n".join([self.headline, *(as_text(*own) for own in self._tables())])
+
     def _repr_html_(self) -> str:
-        return f"<p>{html.escape(self.headline)}</p>{self.svg or ''}"
+        return f"<p>{html.escape(self.headline)}</p>{super()._repr_html_()}{self.svg or ''}"
 
 
 class Sensitivities(Result):
     """What readings owe to variables and numbers of the machine file: `readings[sensor].slopes[name].K_per_unit`, and
     `parameters[name]` with value and unit."""
 
-    def _repr_html_(self) -> str:
+    def _tables(self) -> list[Rows]:
         share = lambda own: abs(own["K_per_percent"] or 0.0)
         rows = []
         for reading, own in self.readings.items():
@@ -161,12 +192,12 @@ class Sensitivities(Result):
                 known = self.parameters[name]
                 percent = "" if slope["K_per_percent"] is None else slope["K_per_percent"]
                 rows.append((reading, name, known["value"], known["unit"], slope["K_per_unit"], percent))
-        return _rows(["reading", "by", "value", "unit", "K per unit", "K per +1 %"], rows)
+        return [(["reading", "by", "value", "unit", "K per unit", "K per +1 %"], rows)]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Predictions:
-    """Readings at n conditions, each with a bound."""
+    """Readings at n conditions, each with a bound; `found["motor"]` are those of one sensor."""
 
     values: np.ndarray
     """Readings (n, sensors), in the units of the sensors."""
@@ -174,9 +205,18 @@ class Predictions:
     """How far each may be from that of the full model, (n, sensors)."""
     inside: np.ndarray
     """Whether each condition is within the ranges that the model was made for, (n); outside, bounds do not hold."""
+    sensors: list[str]
+    """Names of the sensors, in the order of readings."""
 
     def __len__(self) -> int:
         return len(self.values)
+
+    def __getitem__(self, sensor: str) -> np.ndarray:
+        return column(self.values, self.sensors, sensor)
+
+    def __repr__(self) -> str:
+        outside = len(self) - int(np.count_nonzero(self.inside))
+        return f"Predictions({len(self)} conditions, {outside} outside the ranges; sensors {', '.join(self.sensors)})"
 
 
 class Reduced:
@@ -228,7 +268,7 @@ class Reduced:
         """Readings with bounds at conditions (n, variables), in the order of `variables` and in their `units`; a mapping or data
         frame with these names is taken too. All cores work on it."""
         array, _ = rows_of(conditions, self.variables, self.units)
-        return Predictions(*self._native.predict(array, callback(progress)))
+        return Predictions(*self._native.predict(array, callback(progress)), self.sensors)
 
     def simulate(
         self,
@@ -250,7 +290,7 @@ class Reduced:
 
     def _repr_html_(self) -> str:
         rows = [(name, *self.ranges[name], self.units[name]) for name in self.variables]
-        return f"<p>{html.escape(self.name)}</p>" + _rows(["variable", "from", "to", "unit"], rows)
+        return f"<p>{html.escape(self.name)}</p>" + as_html(["variable", "from", "to", "unit"], rows)
 
 
 class Machine:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 import json
 import os
 from collections.abc import Mapping, Sequence
@@ -13,6 +12,7 @@ import numpy as np
 
 from . import _coldplate
 from ._errors import InputError
+from ._shown import as_html
 
 # Words of the numbers that `_coldplate.Surrogate.assess` returns: 0 acceptable, 1 not acceptable, 2 uncertain. The runtime, its C
 # interface and all exports number them by severity: 0 acceptable, 1 uncertain, 2 not acceptable.
@@ -63,9 +63,24 @@ def rows_of(conditions: Any, variables: Sequence[str], units: Mapping[str, str])
     return np.ascontiguousarray(array), single
 
 
-@dataclass(frozen=True)
+def column(values: np.ndarray, names: Sequence[str], name: str) -> np.ndarray:
+    """The column (n) of an array (n, names) that has this name."""
+    if name not in names:
+        raise KeyError(f"there is no {name!r}; there are {', '.join(names)}")
+    return values[:, names.index(name)]
+
+
+@dataclass(frozen=True, repr=False)
 class Answers:
-    """Answers to n conditions."""
+    """Answers to n conditions; `found["motor"]` are the values of one point.
+
+    >>> plate = Surrogate.read("crates/runtime/fixtures/uncertain.cps")
+    >>> found = plate.answers([[8.0, 20.0, 21.0], [3.0, 20.0, 21.0]])
+    >>> found
+    Answers(2 conditions: 1 acceptable, 1 uncertain; points motor, screw nut)
+    >>> found["motor"].round(2)
+    array([23.88, 26.38])
+    """
 
     values: np.ndarray
     """Values (n, points), in the units of the points."""
@@ -81,14 +96,25 @@ class Answers:
     """What is left to each limit, (n, limits); negative where it is broken."""
     inside: np.ndarray
     """Whether each condition is inside the fitted range, (n)."""
+    points: list[str]
+    """Names of the points, in the order of values."""
+    limits: list[str]
+    """Names of the limits, in the order of margins."""
 
     def __len__(self) -> int:
         return len(self.values)
 
+    def __getitem__(self, point: str) -> np.ndarray:
+        return column(self.values, self.points, point)
 
-@dataclass(frozen=True)
+    def __repr__(self) -> str:
+        counts = [f"{int(count)} {verdict}" for verdict, count in zip(*np.unique(self.verdicts, return_counts=True))]
+        return f"Answers({len(self)} conditions: {', '.join(counts)}; points {', '.join(self.points)})"
+
+
+@dataclass(frozen=True, repr=False)
 class Course:
-    """What the points read over time."""
+    """What the points read over time; `course["motor"]` are the values of one."""
 
     values: np.ndarray
     """Values (n, points) after each step, in the units of the points."""
@@ -96,6 +122,17 @@ class Course:
     """By how much each point may be off over time, beside its band in the steady state, (points)."""
     state: np.ndarray
     """The state at the end."""
+    points: list[str]
+    """Names of the points, in the order of values."""
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    def __getitem__(self, point: str) -> np.ndarray:
+        return column(self.values, self.points, point)
+
+    def __repr__(self) -> str:
+        return f"Course({len(self)} steps; points {', '.join(self.points)})"
 
 
 class Surrogate:
@@ -186,7 +223,7 @@ class Surrogate:
         # Far outside, values and bands may both be infinite: the ends are then no numbers, and that is said by these alone.
         with np.errstate(invalid="ignore"):
             low, high = values - half, values + half
-        return Answers(values, low, high, VERDICTS[verdicts], probabilities, margins, inside)
+        return Answers(values, low, high, VERDICTS[verdicts], probabilities, margins, inside, self.points, self.limits)
 
     def follow(self, seconds: Any, conditions: Any, start: Any = "steady", deviation: float = 0.1) -> Course:
         """Values after each of n steps of so many seconds (n), each at a condition that holds all that time (n, variables). It
@@ -215,7 +252,7 @@ class Surrogate:
             state = self._native.at_readings(first, np.asarray(start, dtype=float).tolist(), deviation)
         steps = np.ascontiguousarray(np.broadcast_to(np.asarray(seconds, dtype=float), len(array)))
         values, state = self._native.follow(state, steps, array)
-        return Course(values, self._native.errors_in_time(), np.asarray(state))
+        return Course(values, self._native.errors_in_time(), np.asarray(state), self.points)
 
     def query(
         self,
@@ -268,9 +305,7 @@ class Surrogate:
 
     def _repr_html_(self) -> str:
         def rows(head: Sequence[str], keys: Sequence[str], list_: Sequence[Mapping[str, Any]]) -> str:
-            show = lambda value: f"{value:.4g}" if isinstance(value, float) else html.escape(str(value))
-            body = "".join("<tr>" + "".join(f"<td>{show(own.get(key, ''))}</td>" for key in keys) + "</tr>" for own in list_)
-            return "<table><tr>" + "".join(f"<th>{text}</th>" for text in head) + f"</tr>{body}</table>"
+            return as_html(head, [[own.get(key) for key in keys] for own in list_])
 
         return (
             rows(["variable", "from", "to", "unit"], ["name", "low", "high", "unit"], self.info["variables"])

@@ -36,7 +36,7 @@ pub(crate) fn invert_spd(m: &DMatrix<f64>) -> Option<SpdInverse> {
 
 /// L⁻¹ where M = L Lᵀ. With M in blocks, L₂₁ = M₂₁ L₁₁⁻ᵀ, the rest M₂₂ - L₂₁ L₂₁ᵀ is factored in turn, and the lower left
 /// block of the inverse is -L₂₂⁻¹ L₂₁ L₁₁⁻¹.
-fn inverse_factor(m: DMatrix<f64>, log_determinant: &mut f64) -> Option<DMatrix<f64>> {
+pub(super) fn inverse_factor(m: DMatrix<f64>, log_determinant: &mut f64) -> Option<DMatrix<f64>> {
     let n = m.nrows();
     if n <= LEAF {
         return leaf(m, log_determinant);

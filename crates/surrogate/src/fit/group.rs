@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::evaluate::scaled;
 use super::model::Transform;
 use super::polynomial::{FittedPolynomial, PolynomialSearch};
-use super::validation::{Remoteness, conditions, folds, remoteness};
+use super::validation::{Remoteness, conditions, folds, remoteness, share};
 use super::{FitOptions, FitSamples};
 use coldplate_base::random::Random;
 
@@ -18,6 +18,10 @@ const FEW_ROWS: usize = 60;
 /// Number of conditions, spread over the range, that stand for those that will be asked about. Chosen: their quantile
 /// decides the band, each costs a row of products.
 const ASKED: usize = 500;
+
+/// Most rows on which transforms and terms of a polynomial are chosen, a count. Chosen: time is rows × terms × terms, and the
+/// largest dictionaries have less than half as many terms.
+const CHOICE_ROWS: usize = 1500;
 
 /// Outputs that are present on the same rows.
 pub(super) struct OutputGroup<'a> {
@@ -90,20 +94,35 @@ impl<'a> OutputGroup<'a> {
     pub(super) fn polynomials(&self, scores: &Scores) -> Vec<Dictionary> {
         let dictionary = |degree: usize| {
             let held_out = self.by_fold(&self.y, |train, test, y| {
-                let fitted = self.of_degree(degree, train, y, &self.search.transform_scores(train, y));
+                let fitted = self.of_degree(degree, train, y, &self.transform_scores(train, y));
                 fitted.iter().map(|f| test.iter().map(|x| f.value(&self.samples.variables, x)).collect()).collect()
             });
             Dictionary { fitted: self.of_degree(degree, &self.rows, &self.y, scores), held_out }
         };
-        self.search.degrees(self.rows.len()).into_iter().map(dictionary).collect()
+        self.search.degrees(self.rows.len().min(CHOICE_ROWS)).into_iter().map(dictionary).collect()
     }
 
+    /// Scores of the combinations of transforms, on no more rows than the choice needs.
+    pub(super) fn transform_scores(&self, rows: &[&[f64]], y: &[Vec<f64>]) -> Vec<(Vec<Transform>, Vec<f64>)> {
+        let (rows, y) = self.for_choice(rows, y);
+        self.search.transform_scores(&rows, &y)
+    }
+
+    /// The rows on which transforms and terms are chosen, and the outputs on them.
+    fn for_choice<'r>(&self, rows: &[&'r [f64]], y: &[Vec<f64>]) -> (Vec<&'r [f64]>, ResidualRows) {
+        let chosen = share(rows, CHOICE_ROWS, self.options.seed);
+        (chosen.iter().map(|i| rows[*i]).collect(), y.iter().map(|y| chosen.iter().map(|i| y[*i]).collect()).collect())
+    }
+
+    /// Transforms and terms are chosen on some rows if there are many; coefficients are of all.
     fn of_degree(&self, degree: usize, rows: &[&[f64]], y: &[Vec<f64>], scores: &Scores) -> Vec<FittedPolynomial> {
-        let one = |(k, y): (usize, &Vec<f64>)| {
+        let (few, y_on_few) = self.for_choice(rows, y);
+        let one = |(k, on_few): (usize, &Vec<f64>)| {
             let scores: Vec<(Vec<Transform>, f64)> = scores.iter().map(|(t, s)| (t.clone(), s[k])).collect();
-            self.search.fit(rows, y, &scores, degree)
+            let chosen = self.search.fit(&few, on_few, &scores, degree);
+            if few.len() < rows.len() { self.search.with_all(rows, &y[k], chosen) } else { chosen }
         };
-        y.par_iter().enumerate().map(one).collect()
+        y_on_few.par_iter().enumerate().map(one).collect()
     }
 
     /// Remoteness of the held-out conditions, and of conditions all over the range; `None` if there are so many rows

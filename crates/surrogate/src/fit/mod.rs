@@ -22,6 +22,8 @@ mod radial;
 pub mod rbf;
 mod select;
 mod slopes;
+mod sparse;
+mod tall;
 pub mod tune;
 mod uncertain;
 pub mod validation;

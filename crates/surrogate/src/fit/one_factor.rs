@@ -15,6 +15,10 @@ use coldplate_base::error::{Error, Result};
 use coldplate_base::numbers::compact;
 use coldplate_base::numbers::root_mean_square;
 
+/// Smallest difference that a printed formula keeps, in the unit of y, K or um. Chosen: no thermometer resolves a
+/// thousandth of a kelvin, and the solver's own error is larger.
+pub const RESOLVED: f64 = 1e-3;
+
 /// y = c₀ + c₁ x + c₂ x² + ... in the raw variable.
 #[derive(Debug, Clone)]
 pub struct OneFactorFit {
@@ -96,11 +100,11 @@ impl OneFactorFit {
     }
 
     /// The formula with as many digits as its band is worth over `low` to `high`: rounding changes no value there by more
-    /// than a tenth of the half width (95 %), or of 1e-6 where the band is narrower. A term that never reaches that is
-    /// left out.
+    /// than a tenth of the half width (95 %), or of [`RESOLVED`] where the band is narrower. A term that never reaches that
+    /// is left out.
     pub fn honest_formula(&self, y: &str, x: &str, low: f64, high: f64) -> String {
         let band = self.half_width(0.95);
-        let worth = if band.is_finite() { 0.1 * band.max(1e-6) } else { 1e-7 };
+        let worth = 0.1 * if band.is_finite() { band.max(RESOLVED) } else { RESOLVED };
         let share = worth / self.coefficients.len() as f64;
         let reach = low.abs().max(high.abs());
         let rounded = |(k, c): (usize, &f64)| {

@@ -5,10 +5,15 @@
 //! to the terms already in (orthogonal least squares: Chen, Billings, Luo 1989); the leave-one-out error of every length of
 //! that path comes from the hat matrix. The chosen terms are expanded into monomials at the end.
 
+use std::ops::Range;
+
+use nalgebra::DMatrix;
+
 use super::evaluate::{monomial, scale_row, scaled};
 use super::least_squares::{Orthonormal, axpy, dot, left_out};
 use super::model::{PolynomialSpec, Transform, VariableSpec};
 use super::one_factor::{legendre, legendre_powers};
+use super::tall::Tall;
 use coldplate_base::numbers::root_mean_square;
 
 /// Least ratio of the largest to the smallest value at which transforms are tried, dimensionless. Below, 1/x and ln x
@@ -224,6 +229,22 @@ impl PolynomialSearch<'_> {
         let columns = self.columns(rows, &transforms, &terms);
         let picked = forward(&columns, y, most, true);
         solve(&columns, &terms, &picked, y, &transforms)
+    }
+
+    /// A polynomial of the same transforms and terms with coefficients by least squares on more rows; as it is where these do not
+    /// determine them.
+    pub fn with_all(&self, rows: &[&[f64]], y: &[f64], fitted: FittedPolynomial) -> FittedPolynomial {
+        let block = |range: Range<usize>| {
+            let columns = self.columns(&rows[range.clone()], &fitted.transforms, &fitted.terms);
+            DMatrix::from_iterator(range.len(), columns.len(), columns.into_iter().flatten())
+        };
+        let tall = Tall { rows: rows.len(), block: &block, turn: None };
+        let outputs = [y.to_vec()];
+        let solved = tall.solve(&tall.products(&outputs), &vec![0.0; fitted.terms.len()], &outputs);
+        match solved.map(|found| (found.coefficients.into_iter().next(), found.left_out.into_iter().next())) {
+            Some((Some(coefficients), Some(left_out))) => FittedPolynomial { coefficients, left_out, ..fitted },
+            _ => fitted,
+        }
     }
 
     fn constant(&self, y: &[f64]) -> FittedPolynomial {

@@ -6,8 +6,9 @@ use super::evaluate::{evaluate, scale_row};
 use super::group::{OutputGroup, ResidualRows, Scores};
 use super::model::{Kernel, PointModel, PointSpec, PolynomialSpec, RbfBasis, SurrogateSpec, Transform};
 use super::rbf::{RbfSolution, RbfSystem, least_tail, spread};
+use super::sparse::SparseSystem;
 use super::tune::{Tuned, retune, settle, tune};
-use super::validation::folds;
+use super::validation::share;
 use coldplate_base::numbers::root_mean_square;
 
 /// Share to which a further basis must reduce an output's leave-one-out error with the shared basis, and its held-out error with
@@ -24,6 +25,9 @@ const KNOWN: f64 = 1e-3;
 const CLEARLY: f64 = 0.05;
 /// Most rows that length scales are tuned on, a count. Chosen: the time of a step grows with the third power.
 const TUNE_ROWS: usize = 400;
+/// Most centres of a basis, a count; on more rows a basis has so many, spread over the rows. Chosen: they cost memory and every
+/// query, and the time of a fit grows with their square.
+const MOST_CENTRES: usize = 1500;
 /// Most steps of the tuning on all rows, a count. Chosen: the search mostly ends before.
 const STEPS: usize = 30;
 /// Most steps of the tuning in each fold, a count. Chosen fewer, since every fold is tuned from scratch.
@@ -60,16 +64,14 @@ impl OutputGroup<'_> {
         Some((Radial { shape, tuned }, solved))
     }
 
-    /// The rows on which length scales are tuned: all, or an even share of the shuffled folds.
-    fn tuning_rows(&self) -> Vec<usize> {
-        let mut order: Vec<usize> = (0..self.rows.len()).collect();
-        if order.len() > TUNE_ROWS {
-            let spread_out = folds(&self.rows, self.rows.len(), self.options.seed.wrapping_add(1));
-            order.sort_by_key(|i| spread_out[*i]);
-            order.truncate(TUNE_ROWS);
-            order.sort_unstable();
-        }
-        order
+    /// Solves a basis whose centres are some of the rows by least squares on all of them.
+    fn solve_sparse(&self, one: Radial) -> Option<(Radial, RbfSolution)> {
+        let rows: Vec<Vec<f64>> = self.rows.iter().map(|x| scale_row(&self.samples.variables, &one.shape.transforms, x)).collect();
+        let (scales, tail) = (self.all_scales(&one), self.search.terms(one.shape.tail));
+        let Radial { shape, tuned } = one;
+        let system = SparseSystem { rows: &rows, scales: &scales, kernel: shape.kernel, tail: &tail, outputs: &self.y };
+        let (tuned, solved) = system.solve(tuned, MOST_CENTRES)?;
+        Some((Radial { shape, tuned }, solved))
     }
 
     fn tune_on(&self, index: &[usize], shape: &RadialShape, y: &[Vec<f64>], begin: Option<&[f64]>, steps: usize) -> Option<Tuned> {
@@ -83,7 +85,7 @@ impl OutputGroup<'_> {
     }
 
     pub(super) fn radial(&self, scores: &Scores, rival: &[f64], most_bases: usize) -> Option<RadialResult> {
-        let rows = self.tuning_rows();
+        let rows = share(&self.rows, TUNE_ROWS, self.options.seed.wrapping_add(1));
         let candidates = |shapes: Vec<RadialShape>| -> Vec<Radial> {
             shapes
                 .into_par_iter()
@@ -110,13 +112,22 @@ impl OutputGroup<'_> {
             .collect();
         let mut considered = candidates(rest);
         considered.push(first);
-        let mut both: Vec<(Radial, RbfSolution)> = considered.into_par_iter().filter_map(|one| self.solve(one, &self.y)).collect();
+        let shortlisted = SHORTLIST.iter().find(|(most, _)| self.rows.len() <= *most).map_or(1, |(_, number)| *number);
+        let is_sparse = self.rows.len() > MOST_CENTRES;
+        let mut both: Vec<(Radial, RbfSolution)> = if is_sparse {
+            considered.sort_by(|a, b| a.tuned.score.total_cmp(&b.tuned.score));
+            considered.into_iter().take(shortlisted).filter_map(|one| self.solve_sparse(one)).collect()
+        } else {
+            considered.into_par_iter().filter_map(|one| self.solve(one, &self.y)).collect()
+        };
         both.sort_by(|a, b| a.0.tuned.score.total_cmp(&b.0.tuned.score));
         let (considered, solved): (Vec<Radial>, Vec<RbfSolution>) = both.into_iter().unzip();
-        let shortlisted = SHORTLIST.iter().find(|(most, _)| self.rows.len() <= *most).map_or(1, |(_, number)| *number);
-        let shortlist: Vec<Radial> = considered.iter().take(shortlisted).cloned().collect();
-        let held_out = self.radial_folds(&shortlist, &self.y);
-        let left_out = solved.iter().map(|s| s.left_out.clone()).collect();
+        let left_out: Vec<ResidualRows> = solved.iter().map(|s| s.left_out.clone()).collect();
+        let held_out = if is_sparse {
+            left_out.first()?.clone()
+        } else {
+            self.radial_folds(&considered.iter().take(shortlisted).cloned().collect::<Vec<_>>(), &self.y)
+        };
         let solved = solved.into_iter().next()?;
         let is_worth_trying = self.y.len() > 1 && most_bases > 1 && self.rows.len() <= TUNE_ROWS;
         let simpler = |k: usize| rival[k].min(root_mean_square(&held_out[k]));
@@ -128,7 +139,7 @@ impl OutputGroup<'_> {
         Some(RadialResult { considered, left_out, solved, held_out, further })
     }
 
-    /// Held-out residuals of the radial procedure. In each fold the shortlisted shapes are tuned anew from scratch, and
+    /// Held-out residuals of the radial procedure for as few rows as can all be centres. In each fold the shortlisted shapes are tuned anew from scratch, and
     /// the best by leave-one-out predicts: parameters that have seen the fold would make its residuals too small.
     fn radial_folds(&self, shortlist: &[Radial], y: &[Vec<f64>]) -> ResidualRows {
         self.by_fold(y, |train, test, y| {
@@ -219,16 +230,16 @@ impl OutputGroup<'_> {
         shapes
     }
 
-    pub(super) fn basis(&self, one: &Radial) -> RbfBasis {
-        self.basis_on(one, &self.rows)
+    pub(super) fn basis(&self, one: &Radial, solved: &RbfSolution) -> RbfBasis {
+        self.basis_on(one, &solved.centres.iter().map(|row| self.rows[*row]).collect::<Vec<_>>())
     }
 
-    fn basis_on(&self, one: &Radial, rows: &[&[f64]]) -> RbfBasis {
+    fn basis_on(&self, one: &Radial, centres: &[&[f64]]) -> RbfBasis {
         RbfBasis {
             kernel: one.shape.kernel,
             transforms: one.shape.transforms.clone(),
             scales: self.all_scales(one),
-            centres: rows.iter().map(|x| scale_row(&self.samples.variables, &one.shape.transforms, x)).collect(),
+            centres: centres.iter().map(|x| scale_row(&self.samples.variables, &one.shape.transforms, x)).collect(),
         }
     }
 
@@ -255,7 +266,7 @@ pub(super) struct RadialResult {
     pub(super) left_out: Vec<ResidualRows>,
     /// Weights of the best candidate.
     pub(super) solved: RbfSolution,
-    /// Held-out residuals of the procedure, by output.
+    /// Held-out residuals of the procedure, by output; on more rows than centres those left out with shape and scales fixed.
     pub(super) held_out: ResidualRows,
     pub(super) further: Vec<FurtherBasis>,
 }

@@ -47,7 +47,7 @@ pub fn least_tail(kernel: Kernel) -> usize {
 }
 
 /// The sign that makes a kernel conditionally positive definite.
-fn sign(kernel: Kernel) -> f64 {
+pub(super) fn sign(kernel: Kernel) -> f64 {
     if kernel == Kernel::Multiquadric { -1.0 } else { 1.0 }
 }
 
@@ -84,12 +84,22 @@ pub struct RbfSystem {
 
 /// Weights, tail and left-out residuals, one of each per output.
 pub struct RbfSolution {
-    /// One weight per row.
+    /// Indices of the rows that are centres.
+    pub centres: Vec<usize>,
+    /// One weight per centre.
     pub weights: Vec<Vec<f64>>,
     /// One coefficient per monomial of the tail.
     pub tails: Vec<Vec<f64>>,
     /// One residual per row.
     pub left_out: Vec<Vec<f64>>,
+}
+
+impl RbfSolution {
+    /// Whether rounding in a query stays small.
+    pub(super) fn is_well_conditioned(&self, outputs: &[Vec<f64>]) -> bool {
+        let sum = |w: &[f64]| w.iter().map(|w| w.abs()).sum::<f64>();
+        self.weights.iter().zip(outputs).all(|(w, y)| sum(w) <= MOST_WEIGHT * max_abs(y).max(1.0))
+    }
 }
 
 struct Factored {
@@ -107,7 +117,7 @@ impl RbfSystem {
             return None;
         }
         let reflections = Reflections::of(&columns)?;
-        let floors = outputs.iter().map(|y| (NEGLIGIBLE * spread(y)).powi(2).max(f64::MIN_POSITIVE)).collect();
+        let floors = outputs.iter().map(|y| negligible(y)).collect();
         Some(Self { rows, active, tail, columns, reflections, outputs, floors })
     }
 
@@ -239,10 +249,9 @@ impl RbfSystem {
         (value, g)
     }
 
-    /// Whether rounding in a query stays small.
-    pub(crate) fn is_well_conditioned(&self, solved: &RbfSolution) -> bool {
-        let sum = |w: &[f64]| w.iter().map(|w| w.abs()).sum::<f64>();
-        solved.weights.iter().zip(&self.outputs).all(|(w, y)| sum(w) <= MOST_WEIGHT * max_abs(y).max(1.0))
+    /// Values, output by output.
+    pub(super) fn values(&self) -> &[Vec<f64>] {
+        &self.outputs
     }
 
     /// Solves for every output. `scales` are inverse length scales of the active variables.
@@ -254,7 +263,8 @@ impl RbfSystem {
             return None;
         }
         let mut weights = f.w.clone();
-        let mut solved = RbfSolution { weights: Vec::new(), tails: Vec::new(), left_out: Vec::new() };
+        let centres = (0..self.rows.len()).collect();
+        let mut solved = RbfSolution { centres, weights: Vec::new(), tails: Vec::new(), left_out: Vec::new() };
         let outputs = self.outputs();
         // P annihilates the tail, so the weights are corrected by the residual of the kernel part alone.
         for _ in 0..2 {
@@ -272,6 +282,11 @@ impl RbfSystem {
         }
         Some(solved)
     }
+}
+
+/// Mean squared left-out residual of an output that counts as none.
+pub(super) fn negligible(y: &[f64]) -> f64 {
+    (NEGLIGIBLE * spread(y)).powi(2).max(f64::MIN_POSITIVE)
 }
 
 /// Standard deviation of a list.

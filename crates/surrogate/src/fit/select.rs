@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use rayon::prelude::*;
+
 use super::corners;
 use super::evaluate::evaluate;
 use super::group::{Dictionary, OutputGroup};
@@ -24,9 +26,6 @@ const CLEARLY: f64 = 0.95;
 /// Factor by which the polynomial's held-out error must be smaller, if another output needs the shared basis anyway. Chosen: between
 /// rows, and above all in corners without one, a polynomial errs further.
 const POLYNOMIAL_MUST_BEAT: f64 = 1.5;
-/// Most rows on which radial functions are tried, a count. Chosen: every row is a centre, which costs memory and
-/// every query.
-const MOST_CENTRES: usize = 1500;
 
 /// Fits every output of `samples`, saying how it comes along.
 ///
@@ -91,10 +90,9 @@ pub fn fit_heard(samples: &FitSamples, options: &FitOptions, progress: &dyn Prog
         surrogate.points.push(PointSpec { name: report.name.clone(), unit: report.unit.clone(), model, half_width });
         points.push(report);
     }
-    if let Some((o, i)) = (0..points.len())
-        .flat_map(|o| (0..samples.rows.len()).map(move |i| (o, i)))
-        .find(|(o, i)| !evaluate(&surrogate, *o, &samples.rows[*i]).is_ok_and(f64::is_finite))
-    {
+    let is_bad = |(o, i): &(usize, usize)| !evaluate(&surrogate, *o, &samples.rows[*i]).is_ok_and(f64::is_finite);
+    let asked = (0..points.len()).into_par_iter().flat_map_iter(|o| (0..samples.rows.len()).map(move |i| (o, i)));
+    if let Some((o, i)) = asked.find_first(is_bad) {
         return Err(Error::numerics(format!("the fit of {} has no finite value at row {}", points[o].name, i + 1)));
     }
     Ok(SurrogateFit { surrogate, points, notes })
@@ -112,7 +110,7 @@ struct Choice<'r> {
 
 impl OutputGroup<'_> {
     fn fit(&self, most_bases: usize, bases: &mut Vec<RbfBasis>, progress: &dyn Progress) -> Result<Vec<(usize, PointModel, PointReport)>> {
-        let scores = self.search.transform_scores(&self.rows, &self.y);
+        let scores = self.transform_scores(&self.rows, &self.y);
         let dictionaries = if self.options.polynomials { self.polynomials(&scores) } else { Vec::new() };
         // A larger dictionary must win clearly.
         let best_of = |k: usize| {
@@ -122,8 +120,7 @@ impl OutputGroup<'_> {
             choose(&choices, |_| true).map(|d| root_mean_square(&dictionaries[d].held_out[k]))
         };
         let rival: Vec<f64> = (0..self.y.len()).map(|k| best_of(k).unwrap_or(f64::INFINITY)).collect();
-        let usable =
-            !self.options.kernels.is_empty() && most_bases > 0 && self.rows.len() <= MOST_CENTRES && self.search.active.contains(&true);
+        let usable = !self.options.kernels.is_empty() && most_bases > 0 && self.search.active.contains(&true);
         if usable {
             progress.at(&format!("fit of {} outputs on {} rows: radial functions", self.outputs.len(), self.rows.len()));
         }
@@ -178,7 +175,7 @@ impl OutputGroup<'_> {
         }
         if let Some(radial) = &radial {
             if shared_used {
-                bases.push(self.basis(&radial.considered[0]));
+                bases.push(self.basis(&radial.considered[0], &radial.solved));
             }
             for (at, outputs) in further_used {
                 for k in outputs {
@@ -186,7 +183,8 @@ impl OutputGroup<'_> {
                         *basis = bases.len();
                     }
                 }
-                bases.push(self.basis(&radial.further[at].radial));
+                let further = &radial.further[at];
+                bases.push(self.basis(&further.radial, &further.solved));
             }
         }
         Ok(result)

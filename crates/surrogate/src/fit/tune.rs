@@ -20,9 +20,9 @@ const FIRST_STEPS: usize = 8;
 
 /// Factor by which smoothing is raised while weights are too large, dimensionless. Chosen: smaller finds less
 /// smoothing, larger needs fewer solves.
-const MORE: f64 = 4.0;
+pub(super) const MORE: f64 = 4.0;
 /// Most raises of the smoothing, a count. Chosen: together a factor of four billion.
-const MOST_RAISES: usize = 16;
+pub(super) const MOST_RAISES: usize = 16;
 
 /// Tuned parameters of one kernel and tail.
 #[derive(Debug, Clone)]
@@ -67,7 +67,7 @@ pub(crate) fn retune(system: &RbfSystem, kernel: Kernel, criterion: Criterion, b
 pub fn settle(system: &RbfSystem, kernel: Kernel, mut tuned: Tuned) -> Option<(Tuned, RbfSolution)> {
     for _ in 0..MOST_RAISES {
         let solved = system.solve(kernel, &tuned.scales(), tuned.smoothing());
-        if let Some(solved) = solved.filter(|solved| system.is_well_conditioned(solved)) {
+        if let Some(solved) = solved.filter(|solved| solved.is_well_conditioned(system.values())) {
             let tuned = scored(system, kernel, tuned.parameters)?;
             return Some((tuned, solved));
         }

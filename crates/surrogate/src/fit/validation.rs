@@ -37,6 +37,18 @@ pub fn folds(rows: &[&[f64]], k: usize, seed: u64) -> Vec<usize> {
     fold
 }
 
+/// Indices of at most `most` of the conditions, no two alike, in rising order: all, or an even share of them in shuffled order.
+pub(super) fn share(rows: &[&[f64]], most: usize, seed: u64) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..rows.len()).collect();
+    if order.len() > most {
+        let shuffled = folds(rows, rows.len(), seed);
+        order.sort_by_key(|i| shuffled[*i]);
+        order.truncate(most);
+        order.sort_unstable();
+    }
+    order
+}
+
 /// Half width of a band that covers a share `coverage` of new conditions drawn like the rows.
 ///
 /// `residuals` are held-out residuals of the whole procedure (cross-validation). With n of them the half width is the

@@ -1,5 +1,6 @@
 //! Many conditions from a CSV file, read piece by piece: however long the file, only a few pieces are in memory.
 
+use std::borrow::Cow;
 use std::io::{BufRead, Read};
 use std::path::Path;
 
@@ -246,7 +247,7 @@ impl<'a> BatchHeader<'a> {
                     };
                     x[*index] = Some(value.map_err(|e| e.at_key(variable.name))?);
                 }
-                Column::Label => label = Some(cell),
+                Column::Label => label = Some(cell.into_owned()),
                 Column::Ignored => {}
             }
         }
@@ -257,7 +258,10 @@ impl<'a> BatchHeader<'a> {
 }
 
 /// The cells of a line, trimmed; a cell in double quotes may hold commas, and quotes written twice.
-fn cells(line: &str) -> Result<Vec<String>> {
+fn cells(line: &str) -> Result<Vec<Cow<'_, str>>> {
+    if !line.contains('"') {
+        return Ok(line.split(',').map(|cell| Cow::Borrowed(cell.trim())).collect());
+    }
     let mut cells = vec![String::new()];
     let mut quoted = false;
     let mut characters = line.chars().peekable();
@@ -275,5 +279,5 @@ fn cells(line: &str) -> Result<Vec<String>> {
     if quoted {
         return Err(Error::input("a quotation mark is opened and not closed on this line"));
     }
-    Ok(cells.into_iter().map(|c| c.trim().to_owned()).collect())
+    Ok(cells.into_iter().map(|cell| Cow::Owned(cell.trim().to_owned())).collect())
 }

@@ -1,14 +1,14 @@
 //! The answer to a condition as a row of a table: which columns, with how many digits.
 
-use coldplate_runtime::{Band, Surrogate};
+use coldplate_runtime::{Band, CONFIDENCE, Limit, Surrogate};
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 
 use super::Acceptability;
 use super::condition;
+use super::digits;
 use super::record::code;
 use coldplate_base::error::{Error, Result, did_you_mean};
-use coldplate_base::numbers::{significant, without_zeros};
 use coldplate_tables::quoted;
 
 /// Names that stand for several columns each.
@@ -61,7 +61,9 @@ pub(crate) struct AnswerColumns<'a> {
     surrogate: &'a Surrogate<'a>,
     chosen: Vec<Column>,
     half_widths: Vec<f64>,
-    limits: Vec<&'a str>,
+    limits: Vec<Limit<'a>>,
+    /// Whether a chosen column tells more of the uncertainty than the verdict.
+    with_bands: bool,
     held: Vec<f64>,
     digits: Option<usize>,
     confidence: f64,
@@ -121,9 +123,10 @@ impl<'a> AnswerColumns<'a> {
         }
         let chosen = if names.is_empty() { all } else { chosen };
         let half_widths = surrogate.points().map(|p| p.half_width).collect();
-        let limits = surrogate.limits().map(|l| l.name).collect();
+        let limits = surrogate.limits().collect();
+        let with_bands = chosen.iter().any(|c| matches!(c.cell, Cell::Low(_) | Cell::High(_) | Cell::Probability));
         let held = surrogate.held().map(|h| h.value).collect();
-        Ok(Self { surrogate, chosen, half_widths, limits, held, digits, confidence })
+        Ok(Self { surrogate, chosen, half_widths, limits, with_bands, held, digits, confidence })
     }
 
     /// The header of a CSV file, with its line end.
@@ -136,7 +139,8 @@ impl<'a> AnswerColumns<'a> {
         room.values.resize(self.half_widths.len(), 0.0);
         let (x, stated) = condition.split_at(self.surrogate.variable_count().min(condition.len()));
         let agrees = stated.iter().zip(&self.held).all(|(x, held)| x == held);
-        let found = if self.surrogate.uncertainty().is_some() {
+        // The shorter way gives the verdict at the usual confidence alone.
+        let found = if self.surrogate.uncertainty().is_some() && (self.with_bands || self.confidence != CONFIDENCE) {
             room.bands.resize(self.half_widths.len(), Band::default());
             let found = self.surrogate.assess(x, None, self.confidence, &mut room.values, &mut room.bands);
             found.map(|own| (own.binding, own.state, own.in_domain, own.probability))
@@ -186,9 +190,11 @@ impl<'a> AnswerColumns<'a> {
             Cell::Low(p) => Value::Number(of(answer.values, p) - self.half_width(answer, p)),
             Cell::High(p) => Value::Number(of(answer.values, p) + self.half_width(answer, p)),
             Cell::Probability => Value::Number(answer.probability),
-            Cell::Margin(l) => Value::Number(self.surrogate.limit_value(l, answer.x, answer.values).map_or(f64::NAN, |l| l.margin)),
+            Cell::Margin(l) => Value::Number(self.limits.get(l).map_or(f64::NAN, |limit| {
+                limit.maximum - limit.kind.value(|point| of(answer.values, point), |variable| of(answer.x, variable))
+            })),
             Cell::Verdict => Value::Text(code(answer.verdict)),
-            Cell::Binding => Value::Text(answer.binding.and_then(|i| self.limits.get(i)).copied().unwrap_or("")),
+            Cell::Binding => Value::Text(answer.binding.and_then(|i| self.limits.get(i)).map_or("", |limit| limit.name)),
             Cell::InDomain => Value::Truth(answer.in_domain),
         }
     }
@@ -202,16 +208,13 @@ impl<'a> AnswerColumns<'a> {
         use std::fmt::Write;
         // Writing into a text cannot fail.
         let _ = match self.digits {
-            Some(digits) => out.write_str(&shown(value, digits)),
+            Some(digits) => {
+                digits::push(value, digits, out);
+                Ok(())
+            }
             None => write!(out, "{value}"),
         };
     }
-}
-
-/// A number with at most `digits` significant digits.
-pub fn shown(value: f64, digits: usize) -> String {
-    let text = significant(value, digits);
-    if text.contains('e') { text } else { without_zeros(&text).to_owned() }
 }
 
 enum Value<'r> {

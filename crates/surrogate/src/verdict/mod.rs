@@ -15,6 +15,7 @@ mod chances;
 mod chaos;
 pub mod columns;
 pub mod condition;
+mod digits;
 pub mod indices;
 pub mod instruments;
 pub mod inverse;

@@ -8,8 +8,8 @@ use serde::Serialize;
 use serde_json::ser::{CompactFormatter, Formatter, Serializer};
 
 use super::batch::{BatchHeader, LinePiece, LinePieces, no_conditions};
-use super::columns::{AnswerColumns, AnswerMemory, shown};
-use super::{Acceptability, query_at};
+use super::columns::{AnswerColumns, AnswerMemory};
+use super::{Acceptability, digits, query_at};
 use coldplate_base::error::{Error, Result};
 use coldplate_base::progress::Progress;
 
@@ -164,7 +164,11 @@ struct Rounded {
 impl Formatter for Rounded {
     fn write_f64<W: ?Sized + Write>(&mut self, writer: &mut W, value: f64) -> std::io::Result<()> {
         match self.digits {
-            Some(digits) => writer.write_all(shown(value, digits).as_bytes()),
+            Some(digits) => {
+                let mut text = String::new();
+                digits::push(value, digits, &mut text);
+                writer.write_all(text.as_bytes())
+            }
             None => CompactFormatter.write_f64(writer, value),
         }
     }

@@ -1,7 +1,5 @@
 //! How an answer stands beside what was hidden.
 
-use std::collections::BTreeSet;
-
 use coldplate_describe::machine::{HeatedPlace, Machine, Place};
 use coldplate_diagnose::{Cause, Certainty, Diagnosis, Explanation, Law, PlaceSet, Scales, Verdict, hypotheses};
 use coldplate_evidence::measurement::Whitener;
@@ -35,8 +33,10 @@ pub struct Score {
     pub wrong_law: bool,
     /// Whether the catalogue has all that was hidden, by kind and place.
     pub is_known: bool,
-    /// Stated probability of the first explanation's kind and place.
+    /// Stated probability that the causes of the first explanation act, by kind and place, alone or with others; nothing where none is named.
     pub stated: f64,
+    /// Whether they do: each of them is among what was hidden.
+    pub is_so: bool,
     /// Whether the 90 % interval holds the true amplitude, where the cause is right.
     pub covered: Option<bool>,
     /// Detectability of the effect; of several, of the one that shows least beside the others.
@@ -58,6 +58,8 @@ pub struct WeighedSet {
     pub probability: f64,
     /// Whether its kinds and places are what was hidden, and nothing else; that of no cause where nothing was hidden.
     pub is_right: bool,
+    /// Whether the causes of the first explanation are in it, by kind and place.
+    pub has_first: bool,
 }
 
 /// Detectability of the one of some effects that shows least, beside the others.
@@ -87,10 +89,7 @@ pub fn score(case: &Case, found: &Diagnosis) -> Score {
         p.hypothesis.place == h.place || p.hypothesis.parts.iter().any(|q| own.contains(q))
     };
     let first = found.explanations.first().filter(|_| detected);
-    let stated = first.map_or(0.0, |f| {
-        let names = |e: &Explanation| -> BTreeSet<String> { e.causes.iter().map(|p| p.hypothesis.kind_and_place()).collect() };
-        found.explanations.iter().filter(|e| names(e) == names(f)).map(|e| e.probability).sum()
-    });
+    let stated = found.certainties.iter().find(|level| level.certainty == Certainty::Kind).map_or(0.0, |level| level.probability);
     let exact = first.is_some_and(|e| holds(&e.causes, &|h, p| p.hypothesis.kind() == h.kind && p.hypothesis.place == h.place));
     let scales = Scales::of(&case.problem.data, machine);
     // Another law has another amplitude.
@@ -105,14 +104,18 @@ pub fn score(case: &Case, found: &Diagnosis) -> Score {
         rungs => rungs.iter().flat_map(|rung| &rung.causes).collect(),
     };
     let law = |part: &Cause, hidden: &Hidden| match &hidden.outside {
-        Some(_) => part.hypothesis.law_words().contains("curve"),
+        Some(_) => part.hypothesis.law_words().contains(NO_LAW),
         None => is_same_law(case, (&scales, hidden.law), (&found.places.scales, part.hypothesis.law)),
     };
     let is_certain_of_law = found.level.certainty == Certainty::Law;
     let catalogue = hypotheses(&case.problem.study, &case.problem.data, &[]);
     let named = case.hidden.iter().filter(|h| ladder.iter().any(|p| is_same(h, p))).count();
     let confident = found.verdict == Verdict::Explained;
+    let has = |set: &PlaceSet, cause: &Cause| {
+        set.members.iter().any(|member| member.hypothesis.kind_and_place() == cause.hypothesis.kind_and_place())
+    };
     let weighed = |set: &PlaceSet| WeighedSet {
+        has_first: first.is_some_and(|e| e.causes.iter().all(|cause| has(set, cause))),
         count: set.members.len(),
         lead: set.lead,
         probability: set.probability,
@@ -134,6 +137,7 @@ pub fn score(case: &Case, found: &Diagnosis) -> Score {
         in_set: detected && (found.set.iter().any(|i| truth(&found.explanations[*i])) || named == case.hidden.len()),
         confident,
         stated,
+        is_so: first.is_some_and(|e| e.causes.iter().all(is_hidden)),
         covered: comparable.map(|(part, hidden)| {
             let (low, high) = part.interval();
             (low..=high).contains(&hidden.amplitude_in(&scales))
@@ -165,12 +169,16 @@ fn is_same(machine: &Machine, h: &Hidden, p: &Cause) -> bool {
     let in_proportion = |law: Law| law != Law::Constant;
     match (h.kind.as_str(), kind) {
         ("source factor", "heat source") => heats(&h.place, place) && in_proportion(p.hypothesis.law),
-        ("heat source", "source factor") => heats(place, &h.place) && in_proportion(h.law),
+        // By a law outside the list, the factor may be a curve as well as the heat.
+        ("heat source", "source factor") => heats(place, &h.place) && (in_proportion(h.law) || h.outside.is_some()),
         ("leak to the surroundings", "contact conductance") => to_room(place, &h.place),
         ("contact conductance", "leak to the surroundings") => to_room(&h.place, place),
         _ => false,
     }
 }
+
+/// How a curve through the points is told.
+const NO_LAW: &str = "no known law";
 
 /// Cosine of two laws over the conditions of the data from which on they are one law: a speed and its square have 0.97.
 const ALIKE: f64 = 0.99;

@@ -5,6 +5,7 @@ mod long;
 mod map;
 mod page;
 mod samples;
+mod seen;
 mod svg;
 
 use coldplate_base::error::{Kind, Result};

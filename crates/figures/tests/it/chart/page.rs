@@ -162,3 +162,44 @@ fn nothing_to_list_adds_nothing_and_a_bad_figure_is_refused() {
     let html = report.to_html();
     assert!(!html.contains("<ul>") && !html.contains("<dl>") && !html.contains("class=\"key\"") && !html.contains("<figure>"));
 }
+
+/// Colours of all texts, and whether the figure keeps its white ground.
+fn inks(figure: &dyn Figure) -> (Vec<String>, bool) {
+    let drawn = super::svg::read(&coldplate_figures::chart::to_svg_string(figure).unwrap());
+    let inks = drawn.iter().filter(|t| t.name == "text").map(|t| t.get("fill").unwrap().to_string()).collect();
+    (inks, drawn[0].get("class") == Some("on-white"))
+}
+
+#[test]
+fn texts_of_figures_have_a_tone_on_a_dark_page() {
+    let page = Report::new("empty").to_html();
+    let figures: [&dyn Figure; 8] = [
+        &samples::map(),
+        &samples::one_factor(),
+        &samples::parity(),
+        &samples::heat(),
+        &samples::sankey(),
+        &samples::machine(),
+        &samples::measured(),
+        &samples::panels(),
+    ];
+    for figure in figures {
+        let (inks, is_on_white) = inks(figure);
+        assert!(!is_on_white, "{}", figure.title());
+        for ink in inks {
+            assert!(page.contains(&format!("[fill=\"{ink}\"]")), "{}: {ink}", figure.title());
+        }
+    }
+    for (_, is_on_white) in [inks(&samples::sheet()), inks(&samples::residual_sheet(4))] {
+        assert!(is_on_white, "dark ink on shades of white would go with the page");
+    }
+}
+
+#[test]
+fn a_figure_tells_its_width_to_the_style_sheet() {
+    let mut report = Report::new("one figure");
+    report.section("figure").figure(&samples::map(), "").unwrap().svg("<svg></svg>", "");
+    let html = report.to_html();
+    let (width, _) = samples::map().size().unwrap();
+    assert!(html.contains(&format!("<figure style=\"--width:{width}\">")) && html.contains("min-width: calc(var(--width) * 0.6px)"));
+}

@@ -81,6 +81,7 @@ pub fn one_factor() -> OneFactorFigure {
         x: flow(),
         y: temperature(),
         curves: curves.collect(),
+        band_of: "fit".into(),
         fixed: fixed(),
         notes: vec!["q is the coolant flow in L/min. Shaded: the band that covers 95 % of new conditions.".into()],
     }
@@ -267,7 +268,7 @@ pub fn machine() -> MachineFigure {
         title: "Motor: temperatures".into(),
         quantity: Quantity::new("temperature", "degC"),
         pieces: (0..3).flat_map(|d| [face(d, false), face(d, true)]).collect(),
-        pipes: vec![Pipe { name: "plate".into(), path: vec![[0.0, 0.02, 0.02], [0.1, 0.02, 0.02]] }],
+        pipes: vec![Pipe { name: "plate".into(), path: vec![[0.0, 0.02, 0.02], [0.1, 0.02, 0.02]], bodies: vec![0] }],
         probes: vec![
             Probe { name: "motor shell".into(), at: [0.05, 0.05, 0.1], reading: Some(42.2) },
             Probe { name: "seat of the bearing".into(), at: [0.1, 0.05, 0.05], reading: None },

@@ -3,7 +3,6 @@
 use super::{max, polynomials_only, rms};
 use coldplate_surrogate::fit::{self, FitOptions, SurrogateFit};
 use coldplate_testing::fits::*;
-use std::f64::consts::PI;
 
 /// The machine's flow down to 1 L/min, where the film is hardly turbulent and every temperature rises steeply.
 const STEEP_RANGES: [(f64, f64); 4] = [(1.0 / 6e4, 20.0 / 6e4), (18.0, 30.0), (250.0, 2500.0), (18.0, 30.0)];
@@ -53,25 +52,6 @@ fn no_output_is_worse_than_the_polynomial_it_displaced() {
         }
     }
 }
-
-/// Flow through a borehole (Harper and Gupta 1983): smooth, so that Gaussians want long scales and large weights.
-fn borehole(x: &[f64]) -> f64 {
-    let (radius, influence, upper, upper_head, lower, lower_head, length, conductivity) = (x[0], x[1], x[2], x[3], x[4], x[5], x[6], x[7]);
-    let log = (influence / radius).ln();
-    2.0 * PI * upper * (upper_head - lower_head)
-        / (log * (1.0 + 2.0 * length * upper / (log * radius * radius * conductivity) + upper / lower))
-}
-
-const BOREHOLE_RANGES: [(f64, f64); 8] = [
-    (0.05, 0.15),
-    (100.0, 50_000.0),
-    (63_070.0, 115_600.0),
-    (990.0, 1110.0),
-    (63.1, 116.0),
-    (700.0, 820.0),
-    (1120.0, 1680.0),
-    (9855.0, 12_045.0),
-];
 
 /// Kriging (egobox 1.0, squared exponential) leaves 2.0e-3 on tables like this one. A model of large weights is smoothed a little
 /// rather than dropped: dropping it left 6e-3.

@@ -3,6 +3,7 @@
 mod corner;
 mod empty_corners;
 mod held_out;
+mod many;
 mod radial;
 mod repeated;
 mod small;

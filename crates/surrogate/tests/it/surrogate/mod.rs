@@ -9,6 +9,7 @@ mod indices;
 mod inverse;
 mod optimum;
 mod query;
+mod stream;
 mod uncertain;
 mod values;
 mod verdict;

@@ -126,7 +126,7 @@ pub fn found(problem: IdentifyProblem) -> Result<Found> {
 /// The numbers found, as a table.
 pub fn record(found: &Found) -> String {
     let mut text = String::from(
-        "# What gives the most curves of tables.csv, with 95 % intervals; SI, heats as factors. Written with docs/record/paper-tables.md\nnumber,value,low,high\n",
+        "# What gives the most curves of tables.csv, with 95 % intervals; SI, heats as factors. Written with docs/record/paper-tables.md\nnumber,value [1],low [1],high [1]\n",
     );
     for (k, free) in found.problem.free.iter().enumerate() {
         let (value, (low, high)) = (found.estimate.values[k], found.estimate.intervals[k]);

@@ -6,7 +6,8 @@
 //! amplitude of each mode is fitted to what the surrogate says of the points, by ridge regression. Every condition is predicted from
 //! all others, and the error of these predictions is stated.
 
-use std::collections::HashMap;
+mod glb;
+mod surface;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -15,19 +16,18 @@ use serde::Serialize;
 
 use coldplate_base::error::{Error, Result};
 use coldplate_base::progress::Progress;
-use coldplate_base::units::{Celsius, Kelvin};
 use coldplate_describe::machine::Condition;
 use coldplate_explore::sweep::design;
-use coldplate_network::mesh::hull::Facet;
 use coldplate_runtime::Surrogate;
 use coldplate_solve::meshed::MeshedMachine;
 
+pub use glb::Glb;
+
 use crate::charts::machine::place_of;
+use surface::{Surface, shares, unit};
 
 /// Conditions at which the machine is solved, a count. Chosen: twice the points of a large machine.
 const CONDITIONS: usize = 48;
-/// Pieces along an edge of a block, a count. Chosen: smooth colours against the size of the page.
-const DETAIL: usize = 7;
 /// Modes of the field at most, a count. Chosen: beyond it lie the solver's own errors.
 const MOST_MODES: usize = 12;
 /// Error that the modes may leave, K, root mean square over the surface. Chosen: a fiftieth of what thermometers resolve.
@@ -35,8 +35,6 @@ const LEFT_BY_MODES: f64 = 0.002;
 /// Penalties of the regression that are tried, on features of unit variance. Chosen: from rounding to one that forgets the features; which
 /// one counts is decided by conditions that are left out.
 const PENALTIES: [f64; 9] = [1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1];
-/// Cosine of the angle between neighbouring facets from which on there is an edge between them: of a cylinder they are ten degrees apart.
-const SMOOTH: f64 = 0.7;
 /// Vertices of a self-test, a count.
 const TESTED: usize = 7;
 
@@ -175,82 +173,17 @@ fn condition_of(model: &MeshedMachine, surrogate: &Surrogate<'_>, x: &[f64]) -> 
     model.machine.condition(&pairs)
 }
 
-/// Vertices of the surface: facets of a body that meet at a place without an edge share one.
-struct Surface {
-    facets: Vec<Facet>,
-    vertices: Vec<Vertex>,
-    /// Vertices of each facet.
-    corners: Vec<Vec<usize>>,
-}
-
-#[derive(Default)]
-struct Vertex {
-    at: [f64; 3],
-    normal: [f64; 3],
-    facets: Vec<usize>,
-}
-
 impl Surface {
-    fn of(model: &MeshedMachine) -> Result<Self> {
-        let mut facets = model.mesh.hull(DETAIL);
-        facets.sort_by_key(|facet| facet.part);
-        if facets.is_empty() {
-            return Err(Error::input("this machine has no part that could be drawn").help("leave out --machine: its nodes have no shape"));
-        }
-        let mut vertices: Vec<Vertex> = Vec::new();
-        let mut at_place: HashMap<(usize, [i64; 3]), Vec<usize>> = HashMap::new();
-        let mut corners = Vec::with_capacity(facets.len());
-        for (f, facet) in facets.iter().enumerate() {
-            let normal = unit(facet.outward);
-            let mut own = Vec::with_capacity(facet.corners.len());
-            for at in &facet.corners {
-                // Corners of neighbours differ by rounding: a micrometre is no distance.
-                let near = at_place.entry((facet.body, at.map(|x| (x * 1e6).round() as i64))).or_default();
-                let shared = near.iter().copied().find(|v| dot(unit(vertices[*v].normal), normal) > SMOOTH);
-                let vertex = shared.unwrap_or_else(|| {
-                    near.push(vertices.len());
-                    vertices.push(Vertex { at: *at, ..Vertex::default() });
-                    vertices.len() - 1
-                });
-                vertices[vertex].facets.push(f);
-                (0..3).for_each(|d| vertices[vertex].normal[d] += normal[d]);
-                own.push(vertex);
-            }
-            corners.push(own);
-        }
-        Ok(Self { facets, vertices, corners })
-    }
-
-    /// Temperatures of the vertices, then of the water that leaves each station, degC.
-    fn temperatures(&self, model: &MeshedMachine, kelvin: &[f64]) -> Vec<f64> {
-        let degrees = |t: f64| Celsius::from(Kelvin(t)).0;
-        let mean = |facet: &Facet| facet.nodes.iter().map(|n| kelvin[*n]).sum::<f64>() / facet.nodes.len().max(1) as f64;
-        let of_facets: Vec<f64> = self.facets.iter().map(|facet| degrees(mean(facet))).collect();
-        let of_vertex = |v: &Vertex| v.facets.iter().map(|f| of_facets[*f]).sum::<f64>() / v.facets.len() as f64;
-        let water = model.network.streams.iter().flat_map(|s| s.first_node as usize..=s.outlet() as usize).map(|n| degrees(kelvin[n]));
-        self.vertices.iter().map(of_vertex).chain(water).collect()
-    }
-
     /// The surface as a page reads it.
     fn packed(&self, model: &MeshedMachine) -> Shape {
-        let bounds = |d: usize| {
-            let all = self.vertices.iter().map(|v| v.at[d]);
-            all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)))
-        };
-        let ranges = [0, 1, 2].map(bounds);
-        let origin = ranges.map(|(low, _)| low);
-        let step = ranges.iter().map(|(low, high)| high - low).fold(1e-9, f64::max) / f64::from(u16::MAX);
+        let origin = self.bounds().map(|(low, _)| low);
+        let step = self.size() / f64::from(u16::MAX);
         let (mut parts, mut triangles, mut edges): (Vec<ScenePart>, Vec<u32>, Vec<u32>) = (Vec::new(), Vec::new(), Vec::new());
         for (p, part) in model.machine.parts.iter().enumerate() {
             let (first, first_edge) = (triangles.len() / 3, edges.len() / 2);
-            for (facet, own) in self.facets.iter().zip(&self.corners).filter(|(facet, _)| facet.part == p) {
-                for k in 2..own.len() {
-                    // Around the outward normal, so that a picture can leave out what is seen from behind.
-                    let [a, b, c] = [facet.corners[0], facet.corners[k - 1], facet.corners[k]];
-                    let is_turned = dot(cross(minus(b, a), minus(c, a)), facet.outward) < 0.0;
-                    let (second, third) = if is_turned { (own[k], own[k - 1]) } else { (own[k - 1], own[k]) };
-                    triangles.extend([own[0], second, third].map(|v| v as u32));
-                }
+            for f in (0..self.facets.len()).filter(|f| self.facets[*f].part == p) {
+                let (facet, own) = (&self.facets[f], &self.corners[f]);
+                triangles.extend(self.triangles(f).flatten().map(|v| v as u32));
                 let ends = (0..own.len()).filter(|k| facet.edges[*k]).map(|k| [own[k], own[(k + 1) % own.len()]]);
                 edges.extend(ends.flatten().map(|v| v as u32));
             }
@@ -276,12 +209,7 @@ fn channels(model: &MeshedMachine, vertices: usize) -> Vec<SceneChannel> {
     let mut first = vertices;
     let mut found = Vec::new();
     for (channel, stream) in model.machine.channels.iter().zip(&model.network.streams) {
-        let whole: f64 = stream.stations.iter().map(|s| s.length).sum();
-        let shares = stream.stations.iter().scan(0.0, |sum, s| {
-            *sum += s.length / whole;
-            Some(*sum)
-        });
-        let shares: Vec<f64> = shares.collect();
+        let shares = shares(stream);
         let (path, diameter) = (channel.path.clone(), channel.diameter);
         let count = shares.len();
         found.push(SceneChannel { name: channel.name.clone(), part: channel.part, diameter, path, shares, first });
@@ -401,21 +329,4 @@ impl Regression {
 
 fn packed<const N: usize>(numbers: impl Iterator<Item = [u8; N]>) -> String {
     STANDARD.encode(numbers.flatten().collect::<Vec<u8>>())
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [0, 1, 2].map(|d| a[d] - b[d])
-}
-
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-fn unit(a: [f64; 3]) -> [f64; 3] {
-    let length = dot(a, a).sqrt();
-    if length > 0.0 { a.map(|x| x / length) } else { [0.0, 0.0, 1.0] }
 }
