@@ -176,7 +176,7 @@ fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnosis> {
         level: answer.level,
         others: Others { nothing: weighed.nothing(), something_else: answer.something_else },
         set: answer.set,
-        tried: Tried { all: beside.catalogue.len(), visible: places.tried },
+        tried: Tried { all: beside.count(), visible: places.tried },
         residuals: residuals(&beside),
         explained: rung.as_ref().map(|rung| rung.predicted.clone()),
         gain: found_gain,

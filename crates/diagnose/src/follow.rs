@@ -190,7 +190,7 @@ impl Follower<'_> {
             let of_group = |values: Vec<f64>| {
                 let read = |(row, k, i): &(usize, usize, usize)| (*i, values[row * self.data.sensors.len() + k]);
                 let mut column = vec![0.0; count];
-                self.shown(rows.readings.iter().map(read).collect()).into_iter().for_each(|(i, value)| column[i] = value);
+                self.shown(&rows, rows.readings.iter().map(read).collect()).into_iter().for_each(|(i, value)| column[i] = value);
                 column
             };
             values.into_iter().map(of_group).collect()
@@ -211,10 +211,10 @@ impl Follower<'_> {
         for (t, test) in data.tests().iter().enumerate() {
             let acting = |moment: &Moment| self.acting(moment, derivatives, variations);
             let acting: Vec<Acting> = self.linear.histories[t].par_iter().map(acting).collect::<Result<_>>()?;
-            let jumps = jumps(&RowsOfTest::new(data, test), wanted);
-            let instants = with_jumps(&self.linear.histories[t], turns(test), &jumps);
-            for (column, found) in columns.iter_mut().zip(self.of_test(t, test, &instants, &acting, wanted)) {
-                let Some(found) = found.map(|found| self.shown(found)) else { continue };
+            let rows = RowsOfTest::new(data, test);
+            let instants = with_jumps(&self.linear.histories[t], turns(test), &jumps(&rows, wanted));
+            for (column, found) in columns.iter_mut().zip(self.of_test(t, &rows, &instants, &acting, wanted)) {
+                let Some(found) = found.map(|found| self.shown(&rows, found)) else { continue };
                 let column = column.get_or_insert_with(|| vec![0.0; data.count()]);
                 found.into_iter().for_each(|(i, value)| column[i] = value);
             }
@@ -252,17 +252,17 @@ impl Follower<'_> {
         Ok(Acting { disturbances: effects.chain(variations.iter().map(along)).collect::<Result<_>>()? })
     }
 
-    /// What the sensors show of a change of the temperatures of their places in one test; a place among all readings, and K.
-    fn shown(&self, mut found: Vec<(usize, f64)>) -> Vec<(usize, f64)> {
+    /// What the sensors show of a change of the temperatures of their places in one test, reading by reading of its rows: a place among all
+    /// readings, and K.
+    fn shown(&self, rows: &RowsOfTest, mut found: Vec<(usize, f64)>) -> Vec<(usize, f64)> {
         let machine = &self.study.model.machine;
-        let places = whiten::places(self.data);
         for (k, sensor) in self.data.sensors.iter().enumerate() {
             let response = machine.sensors[*sensor].shows;
             if response.lag == 0.0 && response.of_place() == 1.0 {
                 continue;
             }
-            let own: Vec<usize> = (0..found.len()).filter(|n| places[found[*n].0].1 == k).collect();
-            let times: Vec<f64> = own.iter().map(|n| self.data.rows[places[found[*n].0].0].time.unwrap_or(0.0)).collect();
+            let own: Vec<usize> = (0..found.len()).filter(|n| rows.readings[*n].1 == k).collect();
+            let times: Vec<f64> = own.iter().map(|n| rows.times[rows.readings[*n].0]).collect();
             let changes: Vec<f64> = own.iter().map(|n| found[*n].1).collect();
             own.iter().zip(response.course_of_change(&times, &changes)).for_each(|(n, shown)| found[*n].1 = shown);
         }
@@ -279,7 +279,7 @@ impl Follower<'_> {
     fn of_test(
         &self,
         t: usize,
-        test: &str,
+        RowsOfTest { rows, times, readings }: &RowsOfTest,
         instants: &[Instant],
         acting: &[Acting],
         wanted: &[(usize, Weight<'_>)],
@@ -288,14 +288,13 @@ impl Follower<'_> {
         let matrices: Vec<(f64, DMatrix<f64>)> = instants.iter().map(|i| (i.time, i.between(&self.linear.matrices[t]))).collect();
         let course =
             LinearisedHistory::new(&self.linear.basis, &matrices, |i| steps(&instants[i..=i + 1]), self.runs.start == Start::Steady);
-        let RowsOfTest { rows, times, readings } = RowsOfTest::new(data, test);
         let nearest = |time: &f64| -> usize {
             let later = moments.partition_point(|m| m.time < *time).min(moments.len() - 1);
             let before = later.saturating_sub(1);
             if *time - moments[before].time <= moments[later].time - *time { before } else { later }
         };
         let nearest: Vec<usize> = times.iter().map(nearest).collect();
-        let within: Vec<(usize, f64)> = instants.iter().map(|instant| between(&times, instant.time)).collect();
+        let within: Vec<(usize, f64)> = instants.iter().map(|instant| between(times, instant.time)).collect();
         let factor = |weight: &Weight<'_>, i: usize| match weight {
             Weight::Law(law) => self.scales.factor(*law, &instants[i].condition),
             Weight::Course(Along { values, is_held: true }) => {
@@ -311,27 +310,41 @@ impl Follower<'_> {
             }
         };
         let of = |moment: usize, d: usize| acting[moment].disturbances.get(d).and_then(Option::as_ref);
-        let is_known = |(d, _): &(usize, Weight<'_>)| (0..acting.len()).all(|moment| of(moment, *d).is_some());
-        let forced = |i: usize, known: &[(usize, Weight<'_>)]| {
-            let instant = &instants[i];
-            let mut all = DMatrix::zeros(self.linear.basis.size(), known.len());
-            for ((d, weight), mut column) in known.iter().zip(all.column_iter_mut()) {
-                let factor = factor(weight, i);
+        let count = acting.first().map_or(0, |first| first.disturbances.len());
+        let known: Vec<bool> = (0..count).map(|d| (0..acting.len()).all(|moment| of(moment, d).is_some())).collect();
+        let is_known = |(d, _): &(usize, Weight<'_>)| known.get(*d) == Some(&true);
+        // Residual of a disturbance at every instant, a column each.
+        let at_instants = |d: usize| -> DMatrix<f64> {
+            let mut all = DMatrix::zeros(self.linear.basis.size(), instants.len());
+            for (instant, mut column) in instants.iter().zip(all.column_iter_mut()) {
                 let ends = [(instant.moment, 1.0 - instant.share), (instant.moment + 1, instant.share)];
-                for (moment, share) in ends.into_iter().filter(|(_, share)| *share * factor != 0.0) {
-                    of(moment, *d).into_iter().for_each(|own| column.axpy(share * factor, &own.residual, 1.0));
+                for (moment, share) in ends.into_iter().filter(|(_, share)| *share != 0.0) {
+                    of(moment, d).into_iter().for_each(|own| column.axpy(share, &own.residual, 1.0));
                 }
             }
             all
         };
         // Forwards with every disturbance, or back from every reading: whichever are fewer.
-        let answers = (wanted.len() > times.len() * data.sensors.len()).then(|| course.answers(instants.len(), &times));
+        let answers = (wanted.len() > times.len() * data.sensors.len()).then(|| course.answers(instants.len(), times));
         let values_of = |known: &[(usize, Weight<'_>)]| -> Vec<Vec<f64>> {
+            // Courses of one disturbance follow each other.
+            let mut residuals: Vec<(usize, DMatrix<f64>)> = known.iter().map(|(d, _)| (*d, DMatrix::zeros(0, 0))).collect();
+            residuals.dedup_by_key(|(d, _)| *d);
+            residuals.iter_mut().for_each(|(d, own)| *own = at_instants(*d));
+            let forced = |i: usize| {
+                let mut all = DMatrix::zeros(self.linear.basis.size(), known.len());
+                let mut place = 0;
+                for ((d, weight), mut column) in known.iter().zip(all.column_iter_mut()) {
+                    place += usize::from(residuals[place].0 != *d);
+                    column.axpy(factor(weight, i), &residuals[place].1.column(i), 0.0);
+                }
+                all
+            };
             let Some(answers) = &answers else {
-                return course.readings(&(0..instants.len()).map(|i| forced(i, known)).collect::<Vec<_>>(), &times);
+                return course.readings(&(0..instants.len()).map(forced).collect::<Vec<_>>(), times);
             };
             let mut sum = DMatrix::zeros(times.len() * data.sensors.len(), known.len());
-            answers.iter().enumerate().for_each(|(i, answer)| sum.gemm(1.0, answer, &forced(i, known), 1.0));
+            answers.iter().enumerate().for_each(|(i, answer)| sum.gemm(1.0, answer, &forced(i), 1.0));
             sum.column_iter().map(|column| column.iter().copied().collect()).collect()
         };
         let followed = |some: &[(usize, Weight<'_>)]| -> Vec<Option<Vec<(usize, f64)>>> {

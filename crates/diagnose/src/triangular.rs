@@ -1,9 +1,22 @@
-//! Triangular systems with many right-hand sides.
+//! Triangular factors, and systems with many right-hand sides.
 
-use nalgebra::{DMatrix, DMatrixView, DMatrixViewMut};
+use faer::linalg::solvers::Llt;
+use faer::{MatRef, Side};
+use nalgebra::{Cholesky, DMatrix, DMatrixView, DMatrixViewMut, Dyn};
 
 /// Unknowns below which a system is solved column by column. Chosen; it decides the time alone.
 const SMALL: usize = 32;
+
+/// The factor of a symmetric matrix, of which the triangle below the diagonal is read; `None` where it is not positive.
+pub fn cholesky(matrix: DMatrix<f64>) -> Option<Cholesky<f64, Dyn>> {
+    let size = matrix.nrows();
+    if size <= SMALL {
+        return Cholesky::new(matrix);
+    }
+    let factor = Llt::new(MatRef::from_column_major_slice(matrix.as_slice(), size, size), Side::Lower).ok()?;
+    let lower = factor.L();
+    Some(Cholesky::pack_dirty(DMatrix::from_fn(size, size, |i, j| if i >= j { lower[(i, j)] } else { 0.0 })))
+}
 
 /// Solves L X = B in place of B, with the triangle of L below its diagonal. The system is halved again and again, so that most of the work is
 /// in products of matrices.
@@ -27,6 +40,17 @@ fn solve(lower: DMatrixView<'_, f64>, mut columns: DMatrixViewMut<'_, f64>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_factor_times_its_transpose_is_the_matrix() {
+        for size in [3, SMALL + 1, 90] {
+            let root = DMatrix::from_fn(size, size + 2, |i, j| ((i * 5 + j * 3) as f64).sin());
+            let matrix = &root * root.transpose() + DMatrix::identity(size, size);
+            let lower = cholesky(matrix.clone()).unwrap().l();
+            assert!((&lower * lower.transpose() - matrix).amax() < 1e-10);
+            assert!(cholesky(-DMatrix::<f64>::identity(size, size)).is_none());
+        }
+    }
 
     #[test]
     fn halves_give_what_columns_give() {

@@ -80,16 +80,19 @@ impl Corners {
             return Self::default();
         }
         let bounds = |from: f64, until: f64| machine.enclosures(&condition(from), &condition(until), until - from);
-        let all = bounds(from, until);
-        let moves = |formula: &Formula| formula.enclosure(&all).slope.width() > 0.0;
-        let driving: Vec<(&Formula, Allowed)> = driving(machine, warming, &all).into_iter().filter(|(formula, _)| moves(formula)).collect();
-        if driving.is_empty() {
+        let mut driving = driving(machine, warming, &bounds(from, until));
+        driving.retain(|(_, found, _)| found.slope.width() > 0.0);
+        let worst = |courses: &mut dyn Iterator<Item = Course>| courses.fold(Course::Even, Course::max);
+        let whole = worst(&mut driving.iter().map(|(_, found, allowed)| allowed.judge(found, until - from, tolerance)));
+        if whole == Course::Even {
             return Self::default();
         }
         let look = |from: f64, until: f64| {
+            if [from, until] == ends {
+                return whole;
+            }
             let names = bounds(from, until);
-            let of = |(formula, allowed): &(&Formula, Allowed)| allowed.judge(&formula.enclosure(&names), until - from, tolerance);
-            driving.iter().map(of).fold(Course::Even, Course::max)
+            worst(&mut driving.iter().map(|(formula, _, allowed)| allowed.judge(&formula.enclosure(&names), until - from, tolerance)))
         };
         let (stretches, is_cut_off) = halved(ends, &look);
         Self { corners: joined(ends, &stretches, &look), is_cut_off }
@@ -107,13 +110,13 @@ impl Network {
     }
 }
 
-/// Formulas that drive a machine, with the deviation that each may have.
-fn driving<'m>(machine: &'m Machine, warming: &[f64], all: &[Enclosure]) -> Vec<(&'m Formula, Allowed)> {
+/// Formulas that drive a machine, with their bounds and the deviation that each may have.
+fn driving<'m>(machine: &'m Machine, warming: &[f64], all: &[Enclosure]) -> Vec<(&'m Formula, Enclosure, Allowed)> {
     let share = |formula: &'m Formula| {
-        let value = formula.enclosure(all).value;
-        (formula, Allowed::Share(value.low.abs().max(value.high.abs())))
+        let found = formula.enclosure(all);
+        (formula, found, Allowed::Share(found.value.low.abs().max(found.value.high.abs())))
     };
-    let kelvin = |formula: &'m Formula| (formula, Allowed::Kelvin);
+    let kelvin = |formula: &'m Formula| (formula, formula.enclosure(all), Allowed::Kelvin);
     let mut found = vec![kelvin(&machine.chamber.temperature)];
     found.extend(machine.nodes.iter().filter_map(|node| node.fixed.as_ref()).map(kelvin));
     found.extend(machine.contacts.iter().map(|contact| share(&contact.factor)));
@@ -137,7 +140,11 @@ fn driving<'m>(machine: &'m Machine, warming: &[f64], all: &[Enclosure]) -> Vec<
     for (source, warming) in machine.sources.iter().zip(warming) {
         let warming = source.volume.unwrap_or(1.0) * warming;
         // Nodes without capacity follow their heat at once, whatever its course.
-        found.push(if warming > 0.0 { (&source.power, Allowed::Power(warming)) } else { share(&source.power) });
+        found.push(if warming > 0.0 {
+            (&source.power, source.power.enclosure(all), Allowed::Power(warming))
+        } else {
+            share(&source.power)
+        });
     }
     found
 }

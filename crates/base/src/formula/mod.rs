@@ -231,7 +231,10 @@ impl Formula {
 
     /// Bounds on the SI value over a stretch of time over which every name has its own.
     pub fn enclosure(&self, names: &[Enclosure]) -> Enclosure {
-        enclosure::run(&self.program, names).scaled(self.scale, self.offset)
+        match self.as_constant() {
+            Some(value) => Enclosure::constant(value),
+            None => enclosure::run(&self.program, names).scaled(self.scale, self.offset),
+        }
     }
 
     /// The SI value, if it is equal at all conditions.

@@ -15,7 +15,7 @@ use super::profiles::Profiles;
 use super::ranking::{REFINED, best_of_each_size, difference, most_probable, sum_and_error, that_predict_more, whole, with_certain_first};
 use super::response::{Answer, Response};
 use super::rows::{Errors, uncertain};
-use super::search::{About, Candidate, Fit, Search};
+use super::search::{About, Candidate, Fit, Search, Sought};
 use super::sets::{self, seen};
 use super::settings::AmplitudeSettings;
 use super::sizing::Sizing;
@@ -67,7 +67,7 @@ impl<'p> Beside<'p> {
         let (study, data) = (&problem.study, &problem.data);
         let scales = Scales::of(data, &study.model.machine);
         let mut catalogue = hypotheses(study, data, &problem.user);
-        catalogue.retain(|h| (h.law == h.effect.usual_law() || h.is_drift()) && !problem.without.iter().any(|kind| kind == h.kind()));
+        catalogue.retain(|h| h.law == h.effect.usual_law() || h.is_drift());
         // A temperature whose uncertainty the user states is as certain as that.
         let usual = MeasurementUncertainty::usual(data, &study.model.machine).variables;
         let is_stated = |v: usize| problem.uncertainty.file.is_some() && problem.uncertainty.variables[v] != usual[v];
@@ -130,10 +130,20 @@ impl<'p> Beside<'p> {
         }
     }
 
+    /// Whether a cause may be named: what may not leaves the machine as uncertain as it is.
+    fn may_be_named(&self, h: &Hypothesis) -> bool {
+        self.problem.without.iter().all(|kind| kind != h.kind())
+    }
+
+    /// How many causes may be named.
+    pub fn count(&self) -> usize {
+        self.catalogue.iter().filter(|h| self.may_be_named(h)).count()
+    }
+
     /// Causes that show, each with the change of the readings with it, K per unit.
     fn visible(&self) -> Vec<(&Hypothesis, &Vec<f64>)> {
         let known = self.catalogue.iter().zip(&self.base.found.columns);
-        known.filter(|(_, column)| column.iter().any(|c| c.abs() > 1e-9)).collect()
+        known.filter(|(h, column)| self.may_be_named(h) && shows(column)).collect()
     }
 
     fn sizes(&self, visible: &[(&Hypothesis, &Vec<f64>)]) -> Vec<Sizing> {
@@ -161,23 +171,31 @@ impl<'p> Beside<'p> {
         chi_square_tail(squares.iter().sum(), squares.len().max(1))
     }
 
-    /// Logarithm of the posterior of the best single cause of a log, or of none, each with an amplitude that is alike in all rows, for what
+    /// Logarithm of the posterior of the best single cause of a log, or of none, in force with an amplitude that is alike in all rows, for what
     /// follows the first readings of each test: the density of all readings over that of the first ones given the others.
     pub fn best_single(&self, settings: &AmplitudeSettings) -> f64 {
         let (predictor, visible) = (self.predictor(), self.visible());
         let sizes = self.sizes(&visible);
-        let log = Log::new(self.problem, &predictor, (&self.base, &self.catalogue), (&visible, &sizes), settings);
-        let (mut errors, rows) = (log.errors(), rows_that_count(&self.problem.data).len());
+        let log = Log::new(self.problem, &predictor, (&self.base, &self.catalogue), (&visible, &sizes), settings).with_means_alone();
         let (places, is_first) = (whiten::places(&self.problem.data), self.is_first());
         // First readings and what follows them, by turns.
-        errors.row_of = consecutive(places.iter().zip(&is_first).map(|((row, _), first)| if *first { *row } else { usize::MAX }));
-        let means = candidates(&predictor, &visible, &sizes, self.problem.study.model.mesh.cells == 0);
+        let row_of = consecutive(places.iter().zip(&is_first).map(|((row, _), first)| if *first { *row } else { usize::MAX }));
+        let errors = Errors { row_of, ..log.errors() };
+        let is_costly = self.problem.study.model.mesh.cells > 0;
+        let means = candidates(&predictor, &visible, &sizes, !is_costly);
         let in_time = |own: Candidate| own.in_time(Vec::new(), false);
         let means: Vec<Candidate> = means.into_iter().map(in_time).collect();
-        let profiles = Profiles::constant(rows);
-        let search = Search::new(&errors, &self.base.found.residual, &means, settings, None, (&profiles, &profiles));
+        let (profiles, _) = log.profiles();
+        let about = |members: &[usize], amplitudes: &[Vec<f64>], with_all: bool, known: Option<&Errors>| {
+            let (reference, own) = log.about(members, amplitudes, with_all, known)?;
+            Some((reference, Errors { row_of: errors.row_of.clone(), ..own }))
+        };
+        let about: Option<About<'_>> = if log.is_followed() { Some(&about) } else { None };
+        let search = Search::new(&errors, &self.base.found.residual, &means, settings, about, (&profiles, &profiles));
         let nothing = search.nothing();
-        let best = search.singles(&nothing).into_iter().next().filter(|best| best.log_posterior() > nothing.log_posterior());
+        let most = if is_costly { REFINED_OF_CELLS[1] } else { REFINED };
+        let singles = sets::refined(&search, most, search.singles(&nothing));
+        let best = singles.into_iter().next().filter(|best| best.log_posterior() > nothing.log_posterior());
         let best = best.unwrap_or(nothing);
         let firsts = errors.row_of.iter().zip(&is_first).filter(|(_, first)| **first).map(|(row, _)| *row).collect::<BTreeSet<usize>>();
         let densities = seen(&search, &best).1;
@@ -188,7 +206,7 @@ impl<'p> Beside<'p> {
     pub fn places(&self, settings: &AmplitudeSettings, progress: &dyn Progress) -> Places {
         let predictor = self.predictor();
         let (problem, base) = (self.problem, &self.base);
-        progress.say(&format!("{} places and kinds, each at several amplitudes", self.catalogue.len()));
+        progress.say(&format!("{} places and kinds, each at several amplitudes", self.count()));
         let visible = self.visible();
         let is_log = problem.data.is_transient();
         let sizes = self.sizes(&visible);
@@ -319,7 +337,7 @@ impl Found<'_> {
             let own = seen(self.search, &fit).1;
             let search = self.search.with_errors_of(&fit);
             let idle = |freedoms: Vec<Freedom>| {
-                let less = search.fit_from(Fit { freedoms, ..fit.clone() }, true);
+                let less = search.fit_from(Fit { freedoms, ..fit.clone() }, Sought::Near, true);
                 let (sum, error) = sum_and_error(&difference(&own, &seen(self.search, &less).1));
                 (less.log_evidence.is_finite() && sum <= error).then_some((sum - error, less))
             };
@@ -439,6 +457,11 @@ fn variables(problem: &Problem) -> (Vec<String>, Vec<Vec<f64>>) {
     let order = ("row".to_string(), (0..rows.len()).map(|row| row as f64).collect());
     let varies = |(_, values): &(String, Vec<f64>)| values.iter().any(|x| *x != values[0]);
     own.chain([order]).filter(varies).unzip()
+}
+
+/// Whether a change of the readings (K) is more than rounding.
+pub(super) fn shows(change: &[f64]) -> bool {
+    change.iter().any(|c| c.abs() > 1e-9)
 }
 
 /// Whether the readings answer straight, however large it is.

@@ -3,9 +3,9 @@
 use std::sync::{Arc, PoisonError};
 
 use super::evidence::{Explained, Freedom};
-use super::profiles::Curve;
-use super::rows::{Looseness, Rows};
-use super::search::{Candidate, Linear, Open, Search, near_by};
+use super::profiles::{Curve, Function};
+use super::rows::{KEPT, Looseness, Rows};
+use super::search::{Candidate, Linear, Open, Search, Sought, near_by};
 
 /// Laws of a log that one amplitude follows at most. Chosen: what asks for more is a curve.
 const MOST_LAWS: usize = 4;
@@ -51,53 +51,39 @@ impl Search<'_> {
             + s.noise_price * (looseness.noise - 1.0)
     }
 
-    /// Looseness that differs by one step of one size, of those that rows are whitened by.
+    /// Looseness that differs by one step of one size; first what rows are whitened by alike.
     fn one_step_from(&self, at: Looseness) -> Vec<Looseness> {
         let s = self.settings;
-        let mut all: Vec<Looseness> = near_by(&s.noises, at.noise).into_iter().map(|noise| Looseness { noise, ..at }).collect();
+        let mut all: Vec<Looseness> = near_by(&s.spreads, at.spread).into_iter().map(|spread| Looseness { spread, ..at }).collect();
+        let disturbances = if self.is_log() { &s.wandering_heats } else { &s.disturbances };
+        all.extend(near_by(disturbances, at.disturbance).into_iter().map(|disturbance| Looseness { disturbance, ..at }));
         if self.is_log() {
             all.extend(near_by(&s.wanderings, at.wandering).into_iter().map(|wandering| Looseness { wandering, ..at }));
         } else {
-            all.extend(near_by(&s.disturbances, at.disturbance).into_iter().map(|disturbance| Looseness { disturbance, ..at }));
             all.extend(near_by(&s.condition_errors, at.conditions).into_iter().map(|conditions| Looseness { conditions, ..at }));
         }
+        all.extend(near_by(&s.noises, at.noise).into_iter().map(|noise| Looseness { noise, ..at }));
         all
     }
 
-    /// The looseness of the model with the largest evidence under given freedoms, found by steps of one size at a time from a given one and, unless
-    /// it is known to be near, from none. Sizes that rows are not whitened by are tried all, or those near.
-    pub(super) fn loosest(&self, linear: &Linear, freedoms: &[Freedom], from: Looseness, is_near: bool) -> (Looseness, f64) {
-        let (s, followed) = (self.settings, self.followed(freedoms));
-        let all_or_near = |all: &[f64], value: f64| if is_near { near_by(all, value) } else { all.to_vec() };
-        let spreads = all_or_near(&s.spreads, from.spread);
-        let disturbances = self.is_log().then(|| all_or_near(&s.wandering_heats, from.disturbance));
-        // The best of each that was tried, by what rows are whitened by.
-        let mut known: Vec<(Arc<Rows>, (Looseness, f64))> = Vec::new();
-        let mut best_under = |own: Looseness| -> (Looseness, f64) {
-            if let Some((_, found)) = known.iter().find(|(rows, _)| rows.is_under(own)) {
-                return *found;
+    /// The looseness of the model with the largest evidence under given freedoms, found by steps of one size at a time.
+    pub(super) fn loosest(&self, linear: &Linear<'_>, freedoms: &[Freedom], from: Looseness, sought: Sought) -> (Looseness, f64) {
+        let followed = self.followed(freedoms);
+        let mut tried: Vec<(Looseness, f64)> = Vec::new();
+        let mut evidence = |own: Looseness| -> (Looseness, f64) {
+            if let Some(known) = tried.iter().find(|(other, _)| *other == own) {
+                return *known;
             }
-            let mut best = (own, f64::NEG_INFINITY);
-            let Some(rows) = self.rows_at(own) else { return best };
-            let explained = Explained::new(&rows, self.profiles, &linear.residual, &linear.slopes, &followed);
-            for disturbance in disturbances.as_deref().unwrap_or(&[own.disturbance]) {
-                for spread in &spreads {
-                    let looseness = Looseness { spread: *spread, disturbance: *disturbance, ..own };
-                    let Some(log) = explained.log_evidence(freedoms, looseness) else { continue };
-                    let log = log - self.price(freedoms, looseness);
-                    if log > best.1 {
-                        best = (looseness, log);
-                    }
-                }
-            }
-            known.push((rows, best));
-            best
+            let log = self.explained(linear, own, &followed).and_then(|explained| explained.log_evidence(freedoms, own));
+            let found = (own, log.map_or(f64::NEG_INFINITY, |log| log - self.price(freedoms, own)));
+            tried.push(found);
+            found
         };
         let mut best = (from, f64::NEG_INFINITY);
-        for start in [from, Looseness::default()].into_iter().take(if is_near { 1 } else { 2 }) {
-            let mut own = best_under(start);
-            loop {
-                let steps = self.one_step_from(own.0).into_iter().map(&mut best_under);
+        for start in [from, Looseness::default()].into_iter().take(if sought == Sought::All { 2 } else { 1 }) {
+            let mut own = evidence(start);
+            while sought != Sought::AsItIs {
+                let steps = self.one_step_from(own.0).into_iter().map(&mut evidence);
                 match steps.max_by(|a, b| a.1.total_cmp(&b.1)).filter(|step| step.1 > own.1) {
                     Some(step) => own = step,
                     None => break,
@@ -108,6 +94,21 @@ impl Search<'_> {
             }
         }
         best
+    }
+
+    /// A linear model with the functions that each amplitude may follow, whitened under a looseness; `None` as in [`Search::rows_at`].
+    pub(super) fn explained<'l>(&self, linear: &Linear<'l>, looseness: Looseness, followed: &[Vec<usize>]) -> Option<Arc<Explained<'l>>> {
+        let rows = self.rows_at(looseness)?;
+        let mut known = linear.known.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(found) = known.iter().find(|own| own.is_of(&rows, followed)) {
+            return Some(found.clone());
+        }
+        let found = Arc::new(Explained::new(rows, linear.profiles, &linear.residual, &linear.slopes, followed));
+        if known.len() >= KEPT {
+            known.remove(0);
+        }
+        known.push(found.clone());
+        Some(found)
     }
 
     /// Evidence that a way of one member loses where its amplitude wants to be beyond its range.
@@ -127,7 +128,20 @@ impl Search<'_> {
 
     /// Functions of the rows that each amplitude follows.
     pub fn followed(&self, freedoms: &[Freedom]) -> Vec<Vec<usize>> {
-        freedoms.iter().map(|f| self.profiles.with(f.curve.map(|(curve, _)| curve))).collect()
+        freedoms.iter().map(|f| f.acting(self.profiles).into_iter().map(|(function, _)| function).collect()).collect()
+    }
+
+    /// Whether an amplitude may follow a function of the rows. An error of a sensor of a log that follows anything is the wandering one.
+    fn may_follow(&self, candidate: &Candidate, function: Function) -> bool {
+        let may_run = candidate.may_run && candidate.may_vary;
+        match function {
+            Function::Constant => true,
+            Function::Linear(_) => may_run && candidate.may_follow,
+            Function::When(_) => may_run,
+            Function::Smooth((variable, _)) => {
+                may_run && self.profiles.time.is_none_or(|time| if time == variable { candidate.may_wander } else { candidate.may_follow })
+            }
+        }
     }
 
     /// Ways in which an amplitude may run over the rows, from one of them: another size or freedom, another curve, or another law.
@@ -149,23 +163,17 @@ impl Search<'_> {
                     [from.freedom, 0.0].map(|freedom| Freedom { freedom, curve: Some((curve, size)), ..from })
                 })
             };
-            // An error of a sensor of a log that follows anything is the wandering one.
-            let is_open = |variable: usize| match self.profiles.time {
-                Some(time) if time == variable => candidate.may_wander,
-                Some(_) => candidate.may_follow,
-                None => true,
-            };
-            curves.extend(self.profiles.curves().into_iter().filter(|(variable, _)| is_open(*variable)).flat_map(of));
+            curves.extend(self.profiles.curves().into_iter().filter(|own| self.may_follow(candidate, Function::Smooth(*own))).flat_map(of));
             curves.push(Freedom { curve: None, ..from });
             // One law more, or one less; by a law of the time it may act alone. It has one of these, or two next to each other, which are an
             // instant between them: several make any course in time, which is the disturbance where it is a heat, and elsewhere a curve.
             let present: Vec<usize> = self.profiles.laws().into_iter().filter(|l| from.has(*l) && self.profiles.is_when(*l)).collect();
             for law in self.profiles.laws() {
                 let is_when = self.profiles.is_when(law);
-                if !is_when && !candidate.may_follow {
+                if !is_when && !self.may_follow(candidate, Function::Linear(law)) {
                     continue;
                 }
-                let is_beside = present.contains(&law) || matches!(present[..], [own] if own.abs_diff(law) == 1);
+                let is_beside = present.contains(&law) || matches!(present[..], [own] if self.profiles.are_next(own, law));
                 let instead = if is_when && !is_beside { present.iter().map(|own| 1 << own).sum::<u64>() } else { 0 };
                 let of = from.law ^ 1 << law ^ instead;
                 let size = if of == 0 && from.size == 0.0 { s.sizes[0] } else { from.size };
@@ -184,19 +192,24 @@ impl Search<'_> {
     /// The freedoms with the largest evidence at a looseness; those of members that are not open stay as they are.
     pub(super) fn freest(
         &self,
-        linear: &Linear,
+        linear: &Linear<'_>,
         freedoms: &[Freedom],
         amplitudes: &[Vec<f64>],
         open: Open<'_>,
         looseness: Looseness,
     ) -> (Vec<Freedom>, f64) {
         let mut followed = self.followed(freedoms);
-        if open.with_curves {
-            open.members.iter().for_each(|(m, _)| followed[*m] = self.profiles.all());
+        for (m, candidate) in open.members {
+            let is_tried = |f: &usize| {
+                let function = self.profiles.of[*f];
+                let may_follow =
+                    function == Function::Constant || open.with_curves && self.may_follow(&self.candidates[*candidate], function);
+                may_follow || followed[*m].contains(f)
+            };
+            followed[*m] = (0..self.profiles.of.len()).filter(is_tried).collect();
         }
         let mut best = (freedoms.to_vec(), f64::NEG_INFINITY);
-        let Some(rows) = self.rows_at(looseness) else { return best };
-        let explained = Explained::new(&rows, self.profiles, &linear.residual, &linear.slopes, &followed);
+        let Some(explained) = self.explained(linear, looseness, &followed) else { return best };
         for (m, candidate) in open.members {
             // Laws grow by a variable at a time, as long as each is worth its price.
             for kind in [0, 1].into_iter().chain(std::iter::repeat_n(2, MOST_LAWS)) {

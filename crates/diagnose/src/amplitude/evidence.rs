@@ -56,6 +56,11 @@ impl Freedom {
         laws.chain(curve).filter(|own| own.size > 0.0 || own.law != 0 || own.curve.is_some()).collect()
     }
 
+    /// Functions of the rows that act, each with the standard deviation of its coefficient.
+    pub fn acting(&self, profiles: &Profiles) -> Vec<(usize, f64)> {
+        profiles.of.iter().map(|function| self.of(*function)).enumerate().filter(|(_, deviation)| *deviation > 0.0).collect()
+    }
+
     /// Standard deviation of the coefficient of a function of the rows.
     fn of(&self, function: Function) -> f64 {
         match (function, self.curve) {
@@ -77,13 +82,15 @@ impl Freedom {
 
 /// A residual beside a set of causes, all whitened row by row.
 pub struct Explained<'a> {
-    rows: &'a Rows,
+    rows: Arc<Rows>,
     profiles: &'a Profiles,
     residual: DVector<f64>,
     /// One column per cause, for an amplitude of its scale.
     columns: DMatrix<f64>,
     /// Each cause times each function of the rows that it may follow.
     profiled: DMatrix<f64>,
+    /// Functions that each cause may follow.
+    functions: Vec<Vec<usize>>,
     /// Cause and function of each of these columns.
     followed: Vec<(usize, usize)>,
     /// Scalar products of shared columns, profiled causes and residual, in this order.
@@ -105,7 +112,7 @@ struct Reduced {
 impl<'a> Explained<'a> {
     /// A residual (K) beside causes, one column each: K for an amplitude of the cause's scale. `functions` are those of the rows that each
     /// cause may follow.
-    pub fn new(rows: &'a Rows, profiles: &'a Profiles, residual: &[f64], slopes: &[Slope], functions: &[Vec<usize>]) -> Self {
+    pub fn new(rows: Arc<Rows>, profiles: &'a Profiles, residual: &[f64], slopes: &[Slope], functions: &[Vec<usize>]) -> Self {
         let residual = rows.whiten(residual);
         let mean = |slope: &Slope| match slope {
             Slope::OfRow(column) => rows.whiten(column),
@@ -154,7 +161,13 @@ impl<'a> Explained<'a> {
         gram.view_mut((0, q + p), (q, 1)).copy_from(&shared.tr_mul(&residual));
         gram.view_mut((q, q + p), (p, 1)).copy_from(&profiled.tr_mul(&residual));
         gram[(q + p, q + p)] = residual.norm_squared();
-        Self { rows, profiles, residual, columns, profiled, followed, gram, own, reduced: Mutex::default() }
+        let functions = functions.to_vec();
+        Self { rows, profiles, residual, columns, profiled, functions, followed, gram, own, reduced: Mutex::default() }
+    }
+
+    /// Whether it is of some rows and functions.
+    pub fn is_of(&self, rows: &Arc<Rows>, functions: &[Vec<usize>]) -> bool {
+        Arc::ptr_eq(&self.rows, rows) && self.functions == functions
     }
 
     /// Number of causes.
@@ -317,9 +330,10 @@ mod tests {
         let (errors, residual, columns) = case();
         let looseness = Looseness { spread: 0.3, disturbance: 0.2, conditions: 0.4, wandering: 0.0, noise: 1.5 };
         let slopes: Vec<Slope> = columns.iter().cloned().map(Slope::OfRow).collect();
-        let rows = Rows::new(&errors, looseness).unwrap();
+        let rows = Arc::new(Rows::new(&errors, looseness).unwrap());
         let profiles = Profiles::smooth(3, &[vec![0.0, 1.0, 3.0]]);
-        let explained = Explained::new(&rows, &profiles, &residual, &slopes, &[profiles.all(), profiles.all()]);
+        let all: Vec<usize> = (0..profiles.of.len()).collect();
+        let explained = Explained::new(rows, &profiles, &residual, &slopes, &[all.clone(), all]);
         let r = DVector::from_column_slice(&residual);
         let curve = Some(((0, 0), 0.7));
         for freedoms in [

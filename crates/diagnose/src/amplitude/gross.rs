@@ -8,7 +8,6 @@
 
 use std::sync::Arc;
 
-use super::evidence::Explained;
 use super::others::{Others, Predicted};
 use super::search::{Fit, Search};
 use super::settings::AmplitudeSettings;
@@ -245,8 +244,7 @@ impl<'a> Gross<'a> {
     /// What the readings say of each other under a fit.
     fn others(&self, fit: &Fit) -> Option<Others> {
         let search = self.search.with_errors_of(fit);
-        let (rows, linear) = (search.rows_at(fit.looseness)?, search.linear_about(fit));
-        let explained = Explained::new(&rows, search.profiles, &linear.residual, &linear.slopes, &search.followed(&fit.freedoms));
+        let explained = search.explained(&search.linear_about(fit), fit.looseness, &search.followed(&fit.freedoms))?;
         Some(explained.posterior(&fit.freedoms, fit.looseness)?.others())
     }
 

@@ -9,8 +9,9 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use nalgebra::{DVector, SVD};
+use nalgebra::{DMatrix, DVector, SVD};
 
+use super::beside::shows;
 use super::force::{self, Acting, Forced, STEP};
 use super::profiles::{Function, Profiles};
 use super::response::Slope;
@@ -21,6 +22,7 @@ use super::sizing::Sizing;
 use crate::Problem;
 use crate::effects::{Course, Effect, FoundLaw, Heat, Hypothesis, Law, Scales, hypotheses};
 use crate::follow::{Along, Follower};
+use crate::low_rank::low_rank;
 use crate::predictor::Predictor;
 use crate::view::Comparison;
 use crate::when::TEST_NUMBER;
@@ -44,6 +46,9 @@ const INSTANTS: [usize; 2] = [1500, 48];
 pub const ONSETS: usize = 24;
 /// Instants that are added around one, at most. Chosen.
 const CLOSER: usize = 8;
+/// Variance of a reading that the largest disturbance may lose where its columns are made few, as a share of that of the noise. Chosen: a
+/// twentieth of it decides nothing.
+const LOST: f64 = 0.05;
 /// Directions of functions with less than this share of the largest square are one with others.
 const ALIKE: f64 = 1e-10;
 /// Tests of which one may be another than the rest, at most. Chosen: beyond them each takes readings of its own.
@@ -68,6 +73,8 @@ pub struct Log<'a> {
     stride: usize,
     /// Mean heat of the machine, W.
     heat: f64,
+    /// Heats into parts, each with the change of the readings with it, K/W: they are the disturbance.
+    into_parts: Vec<(&'a Hypothesis, &'a Vec<f64>)>,
     /// Stretch of each reading.
     stretches: Vec<usize>,
     /// Variables over which an amplitude may run, by name; the time in each test is the last one.
@@ -106,8 +113,8 @@ impl<'a> Log<'a> {
         let loads = data.rows.iter().filter_map(|row| Load::at(machine, &row.condition).ok());
         let heats: Vec<f64> = loads.flat_map(|load| load.powers).map(f64::abs).collect();
         let tests = data.tests();
-        let places = visible.iter().filter(|(h, _)| is_heat(h)).count();
-        let knots = (COLUMNS / (places * tests.len()).max(1)).clamp(KNOTS.0, KNOTS.1);
+        let into_parts: Vec<_> = catalogue.iter().zip(&base.found.columns).filter(|(h, column)| is_heat(h) && shows(column)).collect();
+        let knots = (COLUMNS / (into_parts.len() * tests.len()).max(1)).clamp(KNOTS.0, KNOTS.1);
         let hats = if is_followed { hats(data, knots) } else { hats(data, 1) };
         let longest = tests.iter().map(|test| data.rows.iter().filter(|row| row.test == *test).count()).max().unwrap_or(1);
         let stride = longest.div_ceil(INSTANTS[usize::from(problem.study.model.mesh.cells > 0)]);
@@ -126,12 +133,18 @@ impl<'a> Log<'a> {
             hats,
             stride,
             heat,
+            into_parts,
             stretches,
             names,
             when,
         };
         log.functions = log.functions();
         log
+    }
+
+    /// The same in which amplitudes are alike in all rows.
+    pub fn with_means_alone(self) -> Self {
+        Self { functions: Profiles::constant(self.problem.data.rows.len()), ..self }
     }
 
     fn functions(&self) -> Profiles {
@@ -141,21 +154,19 @@ impl<'a> Log<'a> {
         }
         let conditions: Vec<&Condition> = data.rows.iter().map(|row| &row.condition).collect();
         let factors: Vec<Vec<f64>> = self.when.iter().map(|law| law.factors(&conditions)).collect();
-        Profiles::of_log(&self.variables, &factors, &rows_that_count(data))
+        let instants = (0..self.when.len()).filter(|law| instant(&self.when[*law]).is_some()).map(|law| self.names.len() + law).collect();
+        Profiles { instants, ..Profiles::of_log(&self.variables, &factors, &rows_that_count(data)) }
     }
 
     /// Adds instants around those from which causes act in some fits, the most probable first, as many as there is room for.
     pub fn look_closer(&mut self, fits: &[Fit]) {
         let instants = onsets(self.problem);
-        let known = |law: &FoundLaw| {
-            if let FoundLaw::Over(axis, Course::Above(at)) = law { Some(at * axis.per_unit).filter(|_| axis.is_time()) } else { None }
-        };
-        let mut all: Vec<f64> = self.when.iter().filter_map(known).collect();
+        let mut all: Vec<f64> = self.when.iter().filter_map(instant).collect();
         let room = (u64::BITS as usize - self.variables.len() - (self.when.len() - all.len())).min(2 * ONSETS);
         let coarse = all.clone();
         let asked =
             fits.iter().flat_map(|fit| &fit.freedoms).flat_map(|f| (0..self.when.len()).filter(|law| f.has(self.names.len() + law)));
-        for at in asked.filter_map(|law| known(&self.when[law])) {
+        for at in asked.filter_map(|law| instant(&self.when[law])) {
             let k = coarse.iter().position(|own| *own == at).unwrap_or(0);
             let (from, to) = (coarse[k.saturating_sub(1)], coarse[(k + 1).min(coarse.len() - 1)]);
             let mut own: Vec<f64> = instants.iter().copied().filter(|t| *t > from && *t < to && !all.contains(t)).collect();
@@ -234,7 +245,7 @@ impl<'a> Log<'a> {
     fn errors_about(&self, about: &About<'_>) -> Errors {
         let (found, study, data) = (about.found, about.study, about.data);
         let user = self.predictor.user;
-        let known: Vec<&str> = self.visible.iter().filter(|(h, _)| is_heat(h)).map(|(h, _)| h.place.as_str()).collect();
+        let known: Vec<&str> = self.into_parts.iter().map(|(h, _)| h.place.as_str()).collect();
         let heats: Vec<Hypothesis> =
             hypotheses(study, data, user).into_iter().filter(|h| is_heat(h) && known.contains(&h.place.as_str())).collect();
         let group = |h: &Hypothesis| if let Effect::Heat(Heat::Into(group)) = h.effect { Some(group) } else { None };
@@ -259,21 +270,22 @@ impl<'a> Log<'a> {
                     let in_test = |hat: &Vec<f64>| places.iter().zip(*column).map(|((row, _), c)| c * hat[*row] * size(h)).collect();
                     self.hats.iter().map(in_test).collect::<Vec<Vec<f64>>>()
                 };
-                self.visible.iter().filter(|(h, _)| is_heat(h)).flat_map(of).collect()
+                self.into_parts.iter().flat_map(of).collect()
             }
         };
         let most = self.settings.wandering_heats.iter().copied().fold(0.0, f64::max);
+        let noise = found.errors.noise().to_vec();
         Errors {
             row_of: self.stretches.clone(),
-            noise: found.errors.noise().to_vec(),
             stated,
             uncertain: uncertain(&found.errors),
             numbers: found.errors.numbers().to_vec(),
-            heats: heated,
+            heats: few(heated, &noise, LOST / (most * most)),
+            noise,
             conditions: Vec::new(),
             biases: data.sensors.len(),
             aside: Vec::new(),
-            log: Some(LogNoise { parts: found.errors.clone(), memory: self.settings.wandering_memory, most, known: Arc::default() }),
+            log: Some(LogNoise { parts: found.errors.clone(), memory: self.settings.wandering_memory, known: Arc::default() }),
         }
     }
 
@@ -427,6 +439,19 @@ impl<'a> Log<'a> {
     }
 }
 
+/// Few columns with the covariance of many, K: of each reading they lose no more than a share of the variance of its noise.
+fn few(columns: Vec<Vec<f64>>, noise: &[f64], share: f64) -> Vec<Vec<f64>> {
+    let scaled: Vec<DVector<f64>> =
+        columns.iter().map(|column| DVector::from_iterator(noise.len(), column.iter().zip(noise).map(|(c, n)| c / n))).collect();
+    if scaled.is_empty() || !share.is_finite() {
+        return columns;
+    }
+    let by_reading = DMatrix::from_columns(&scaled).transpose();
+    let variances = by_reading.column_iter().map(|own| own.norm_squared()).collect();
+    let found = low_rank(variances, |i| by_reading.tr_mul(&by_reading.column(i)).data.into(), share);
+    found.into_iter().map(|column| column.iter().zip(noise).map(|(c, n)| c * n).collect()).collect()
+}
+
 /// A machine beside its data.
 struct About<'a> {
     found: &'a Comparison,
@@ -475,6 +500,14 @@ fn onsets(problem: &Problem) -> Vec<f64> {
     times.sort_by(f64::total_cmp);
     times.dedup();
     times.windows(2).map(|pair| 0.5 * (pair[0] + pair[1])).collect()
+}
+
+/// The instant at which a law of the time sets in, if it does, s.
+fn instant(law: &FoundLaw) -> Option<f64> {
+    match law {
+        FoundLaw::Over(axis, Course::Above(at)) if axis.is_time() => Some(at * axis.per_unit),
+        _ => None,
+    }
 }
 
 /// Laws of the time: growing from the start of a test on, after some instants of it, in one test alone, and from a test on.

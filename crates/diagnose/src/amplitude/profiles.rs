@@ -40,6 +40,8 @@ pub struct Profiles {
     pub of: Vec<Function>,
     /// The variable that is the time of a log.
     pub time: Option<usize>,
+    /// Laws of the time of a log that set in at an instant, by time.
+    pub instants: Vec<usize>,
     /// How many functions every cause is screened by in a log: the constant, laws, and slow ones of the time.
     pub screened: usize,
 }
@@ -61,7 +63,7 @@ fn deviation(values: &[f64]) -> f64 {
 impl Profiles {
     /// The constant alone.
     pub fn constant(rows: usize) -> Self {
-        Self { functions: DMatrix::from_element(rows, 1, 1.0), of: vec![Function::Constant], time: None, screened: 1 }
+        Self { functions: DMatrix::from_element(rows, 1, 1.0), of: vec![Function::Constant], time: None, instants: Vec::new(), screened: 1 }
     }
 
     /// Of the rows of a log, by the values of some variables in them, of which the last is the time: the constant, what is in proportion to
@@ -105,7 +107,7 @@ impl Profiles {
             screened = if (v, place) == (time, 0) { columns.len() } else { screened };
         }
         let columns: Vec<DVector<f64>> = columns.into_iter().map(DVector::from_vec).collect();
-        Self { functions: DMatrix::from_columns(&columns), of, time: Some(time), screened }
+        Self { functions: DMatrix::from_columns(&columns), of, time: Some(time), instants: Vec::new(), screened }
     }
 
     /// Those of some rows alone.
@@ -145,7 +147,7 @@ impl Profiles {
                 }
             }
         }
-        Self { functions: DMatrix::from_columns(&columns), screened: of.len(), of, time: None }
+        Self { functions: DMatrix::from_columns(&columns), screened: of.len(), of, time: None, instants: Vec::new() }
     }
 
     /// With further functions, which belong to curves of variables beyond these.
@@ -196,20 +198,14 @@ impl Profiles {
         self.of.iter().filter_map(|f| if let Function::Linear(law) | Function::When(law) = f { Some(*law) } else { None }).collect()
     }
 
+    /// Whether two laws set in at instants that are next to each other.
+    pub fn are_next(&self, a: usize, b: usize) -> bool {
+        self.instants.windows(2).any(|pair| pair == [a.min(b), a.max(b)])
+    }
+
     /// Whether a law is one of the time.
     pub fn is_when(&self, law: usize) -> bool {
         self.of.contains(&Function::When(law))
-    }
-
-    /// The constant, those in proportion, and the functions of one curve.
-    pub fn with(&self, curve: Option<Curve>) -> Vec<usize> {
-        let is = |f: &usize| !matches!(self.of[*f], Function::Smooth(own) if Some(own) != curve);
-        (0..self.of.len()).filter(is).collect()
-    }
-
-    /// All functions.
-    pub fn all(&self) -> Vec<usize> {
-        (0..self.of.len()).collect()
     }
 
     /// An amplitude in every row, by its coefficients.

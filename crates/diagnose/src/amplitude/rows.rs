@@ -13,17 +13,13 @@ use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::low_rank::low_rank;
+use crate::triangular::cholesky;
 use coldplate_evidence::discrepancy::{DiscrepancySize, ErrorParts};
 use coldplate_evidence::measurement::whiten::Noise;
 
-/// Variance of a reading that the largest disturbance may lose where its columns are made few, as a share of that of the noise. Chosen: a
-/// twentieth of it decides nothing.
-const LOST: f64 = 0.05;
-
 /// Stretches of a log that are kept under as many loosenesses. Each may have megabytes, and every set about the machine that has it has its own;
 /// a search by steps asks for its neighbours again.
-const KEPT: usize = 4;
+pub const KEPT: usize = 6;
 
 /// Errors of the readings of a table, K.
 #[derive(Debug, Clone)]
@@ -58,8 +54,6 @@ pub struct LogNoise {
     pub parts: ErrorParts,
     /// Time over which the errors wander, as a share of the test.
     pub memory: f64,
-    /// Largest disturbance that is tried.
-    pub most: f64,
     /// Stretches under the loosenesses that were asked for last.
     pub known: Arc<Mutex<Vec<Arc<Rows>>>>,
 }
@@ -282,14 +276,8 @@ impl Rows {
         let counts = (stated.len(), numbers.len());
         let mut columns: Vec<DVector<f64>> = stated.iter().map(|k| all.whiten(&errors.stated[*k])).collect();
         columns.extend(numbers.iter().map(|k| all.whiten(&errors.numbers[*k])));
-        let heats: Vec<DVector<f64>> = acting(&errors.heats).into_iter().map(|k| all.whiten(&errors.heats[k])).collect();
+        columns.extend(acting(&errors.heats).into_iter().map(|k| all.whiten(&errors.heats[k])));
         all.of = stated.into_iter().chain(numbers.into_iter().map(|k| errors.stated.len() + k)).collect();
-        if !heats.is_empty() && log.most > 0.0 {
-            let heats = DMatrix::from_columns(&heats).transpose();
-            let variances = heats.column_iter().map(|own| own.norm_squared()).collect();
-            let enough = LOST / (log.most * log.most);
-            columns.extend(low_rank(variances, |i| heats.tr_mul(&heats.column(i)).data.into(), enough).into_iter().map(DVector::from_vec));
-        }
         all.with_columns(&columns, counts)
     }
 
@@ -398,7 +386,7 @@ impl Rows {
         let deviations = self.deviations(looseness);
         let acting: Vec<(usize, f64)> = deviations.iter().copied().enumerate().filter(|(_, d)| *d > 0.0).collect();
         let entry = |i: usize, j: usize| acting[i].1 * acting[j].1 * self.gram[(acting[i].0, acting[j].0)] + f64::from(u8::from(i == j));
-        let factor = Cholesky::new(DMatrix::from_fn(acting.len(), acting.len(), entry))?;
+        let factor = cholesky(DMatrix::from_fn(acting.len(), acting.len(), entry))?;
         let log_determinant = 2.0 * factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
         let found = Arc::new(Eliminated { looseness, acting, factor, log_determinant });
         known.push(found.clone());

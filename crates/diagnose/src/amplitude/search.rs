@@ -247,7 +247,8 @@ impl<'a> Search<'a> {
                 (errors.noise, errors.aside) = (own.noise.clone(), own.aside.clone());
             }
             let begun = Fit { errors: Some(Arc::new(errors)), reference: Some(Arc::new(reference)), stands: false, ..fit };
-            fit = self.with_errors_of(&begun).fit_from(begun.clone(), place >= CHOOSING_REFERENCES);
+            let sought = if place == 0 { Sought::All } else { Sought::Near };
+            fit = self.with_errors_of(&begun).fit_from(begun.clone(), sought, place >= CHOOSING_REFERENCES);
             let steps = self.steps(&begun, &fit);
             moved = steps.iter().fold(0.0, |most: f64, step| most.max(step.abs()));
             if !fit.log_evidence.is_finite() || moved < STANDS {
@@ -273,7 +274,7 @@ impl<'a> Search<'a> {
 
     /// The machine as it is.
     pub fn nothing(&self) -> Fit {
-        let (looseness, log_evidence) = self.loosest(&self.linear(&[], &[], None), &[], Looseness::default(), false);
+        let (looseness, log_evidence) = self.loosest(&self.linear(&[], &[], None), &[], Looseness::default(), Sought::All);
         Fit {
             members: Vec::new(),
             freedoms: Vec::new(),
@@ -290,7 +291,7 @@ impl<'a> Search<'a> {
 
     /// The linear model about amplitudes: the residual without the members (K), and the slopes in each. Members that are in force in a
     /// reference have theirs about it.
-    pub fn linear(&self, members: &[usize], amplitudes: &[Vec<f64>], reference: Option<&Reference>) -> Linear {
+    pub fn linear(&self, members: &[usize], amplitudes: &[Vec<f64>], reference: Option<&Reference>) -> Linear<'a> {
         let mut residual = self.residual.to_vec();
         if let Some(own) = reference {
             residual.iter_mut().zip(&own.change).for_each(|(r, c)| *r -= c);
@@ -315,37 +316,48 @@ impl<'a> Search<'a> {
             slopes.push(slope);
         }
         self.errors.aside.iter().for_each(|i| residual[*i] = 0.0);
-        Linear { residual, slopes }
+        Linear { residual, slopes, profiles: self.profiles, known: Mutex::default() }
     }
 
     /// The linear model about a fit.
-    pub fn linear_about(&self, fit: &Fit) -> Linear {
+    pub fn linear_about(&self, fit: &Fit) -> Linear<'a> {
         self.linear(&fit.members, &fit.amplitudes, fit.reference.as_deref())
+    }
+
+    /// Whether the linear model about a fit is one wherever its amplitudes are: each is straight, or known about a machine alone.
+    fn is_straight(&self, fit: &Fit) -> bool {
+        let in_force = |k: usize| fit.reference.as_ref().is_some_and(|all| k < all.slopes.len() || !all.others.is_empty());
+        fit.members.iter().enumerate().all(|(k, m)| in_force(k) || self.candidates[*m].answer.is_straight())
     }
 
     /// Fits a set from where it begins.
     pub fn fit(&self, begun: Fit) -> Fit {
-        self.fit_from(begun, false)
+        self.fit_from(begun, Sought::All, false)
     }
 
-    /// The same; choices that are settled stay.
-    pub fn fit_from(&self, begun: Fit, mut is_settled: bool) -> Fit {
+    /// The same, with the looseness sought at first as is said; choices that are settled stay.
+    pub fn fit_from(&self, begun: Fit, sought: Sought, mut is_settled: bool) -> Fit {
         let mut fit = begun;
-        let is_known = is_settled;
+        let (mut linear, is_straight) = (self.linear_about(&fit), self.is_straight(&fit));
         for iteration in 0..MOST_ITERATIONS {
-            let linear = self.linear_about(&fit);
+            if iteration > 0 && !is_straight {
+                linear = self.linear_about(&fit);
+            }
             let before = (fit.freedoms.clone(), fit.looseness);
             if !is_settled {
                 let all: Vec<(usize, usize)> = fit.members.iter().copied().enumerate().collect();
                 let by = Open { members: &all, with_curves: true, are_bounded: true };
                 fit.freedoms = self.freest(&linear, &fit.freedoms, &fit.amplitudes, by, fit.looseness).0;
             }
-            let is_near = iteration > 0 || is_known && self.is_log();
-            (fit.looseness, fit.log_evidence) = self.loosest(&linear, &fit.freedoms, fit.looseness, is_near);
+            let by = match iteration {
+                0 => sought,
+                _ if is_settled => Sought::AsItIs,
+                _ => Sought::Near,
+            };
+            (fit.looseness, fit.log_evidence) = self.loosest(&linear, &fit.freedoms, fit.looseness, by);
             // Choices that stood once stand to the end: the amplitudes come to rest beneath them.
             is_settled |= iteration + 1 == CHOOSING_ITERATIONS || iteration > 0 && before == (fit.freedoms.clone(), fit.looseness);
-            let (Some(rows), followed) = (self.rows_at(fit.looseness), self.followed(&fit.freedoms)) else { break };
-            let explained = Explained::new(&rows, self.profiles, &linear.residual, &linear.slopes, &followed);
+            let Some(explained) = self.explained(&linear, fit.looseness, &self.followed(&fit.freedoms)) else { break };
             let Some(posterior) = explained.posterior(&fit.freedoms, fit.looseness) else { break };
             let found = self.most_probable(&posterior);
             let beyond: f64 =
@@ -497,9 +509,8 @@ impl<'a> Search<'a> {
     }
 
     /// How large the linear model asks a member to be.
-    fn asked(&self, linear: &Linear, freedoms: &[Freedom], looseness: Looseness, member: usize) -> Option<f64> {
-        let rows = self.rows_at(looseness)?;
-        let explained = Explained::new(&rows, self.profiles, &linear.residual, &linear.slopes, &self.followed(freedoms));
+    fn asked(&self, linear: &Linear<'_>, freedoms: &[Freedom], looseness: Looseness, member: usize) -> Option<f64> {
+        let explained = self.explained(linear, looseness, &self.followed(freedoms))?;
         let posterior = explained.posterior(freedoms, looseness)?;
         let found = if self.is_log() { posterior.coefficients() } else { posterior.amplitudes() };
         found.get(member).map(|own| self.size_of(own))
@@ -540,6 +551,17 @@ impl<'a> Search<'a> {
     }
 }
 
+/// Where the looseness of a model is sought.
+#[derive(Clone, Copy, PartialEq)]
+pub enum Sought {
+    /// By steps from a given one and from none.
+    All,
+    /// By steps from a given one alone.
+    Near,
+    /// Nowhere: it stays as it is.
+    AsItIs,
+}
+
 /// Members of a set whose ways are chosen, each with its candidate.
 #[derive(Clone, Copy)]
 pub(super) struct Open<'a> {
@@ -551,11 +573,15 @@ pub(super) struct Open<'a> {
 }
 
 /// A residual without members, and their slopes.
-pub struct Linear {
+pub struct Linear<'a> {
     /// K
     pub residual: Vec<f64>,
     /// K per scale.
     pub slopes: Vec<Slope>,
+    /// Functions of the rows.
+    pub profiles: &'a Profiles,
+    /// Whitened as was asked for last.
+    pub known: Mutex<Vec<Arc<Explained<'a>>>>,
 }
 
 /// A value among some, with the ones beside it.

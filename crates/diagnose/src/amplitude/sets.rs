@@ -2,7 +2,6 @@
 
 use rayon::prelude::*;
 
-use super::evidence::Explained;
 use super::gross::Gross;
 use super::search::{Fit, GROWING, Search, ordered, sorted};
 use coldplate_base::progress::Progress;
@@ -75,7 +74,7 @@ pub fn fitted(search: &Search<'_>, gross: Option<&Gross<'_>>, most: usize, progr
 }
 
 /// The best of some fits about the machine with their sets in force, most probable first.
-fn refined(search: &Search<'_>, most: usize, mut fits: Vec<Fit>) -> Vec<Fit> {
+pub fn refined(search: &Search<'_>, most: usize, mut fits: Vec<Fit>) -> Vec<Fit> {
     let rest = fits.split_off(fits.len().min(most));
     let mut all: Vec<Fit> = fits.into_par_iter().map(|fit| search.refined(fit)).chain(rest).collect();
     all.retain(|fit| fit.log_evidence.is_finite());
@@ -120,8 +119,8 @@ fn distinct(mut fits: Vec<Fit>) -> Vec<Fit> {
 /// Deviations of the amplitudes of each member, and the density of each row given all others.
 pub fn seen(search: &Search<'_>, fit: &Fit) -> (Vec<Vec<f64>>, Vec<f64>) {
     let search = search.with_errors_of(fit);
-    let (Some(rows), linear) = (search.rows_at(fit.looseness), search.linear_about(fit)) else { return Default::default() };
-    let explained = Explained::new(&rows, search.profiles, &linear.residual, &linear.slopes, &search.followed(&fit.freedoms));
+    let explained = search.explained(&search.linear_about(fit), fit.looseness, &search.followed(&fit.freedoms));
+    let Some(explained) = explained else { return Default::default() };
     let Some(posterior) = explained.posterior(&fit.freedoms, fit.looseness) else { return Default::default() };
     let deviations = |m: usize| posterior.variances(m).into_iter().map(f64::sqrt).collect();
     ((0..fit.members.len()).map(deviations).collect(), posterior.kept_out())

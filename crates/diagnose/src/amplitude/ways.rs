@@ -6,11 +6,11 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::evidence::{Explained, Freedom, Functions};
+use super::evidence::{Freedom, Functions};
 use super::laws::{EXPONENT_COUNT, Family, Laws, Rule, Single};
-use super::profiles::{Curve, Function};
+use super::profiles::Curve;
 use super::rows::Looseness;
-use super::search::{Candidate, Fit, Search};
+use super::search::{Candidate, Fit, Search, Sought};
 use crate::effects::{Axis, Course, FoundLaw, LawNumber, Sequence};
 use coldplate_base::numbers::TWO_SIDED_90;
 
@@ -123,9 +123,8 @@ impl Ways<'_> {
 
     /// Laws of a member, and no known law, best first.
     fn choices(&self, search: &Search<'_>, fit: &Fit, m: usize) -> Vec<Choice> {
-        let linear = search.linear(&fit.members, &fit.amplitudes, fit.reference.as_deref());
-        let Some(rows) = search.rows_at(fit.looseness) else { return vec![self.as_found(fit, m, 0.0)] };
-        let explained = Explained::new(&rows, search.profiles, &linear.residual, &linear.slopes, &search.followed(&fit.freedoms));
+        let explained = search.explained(&search.linear_about(fit), fit.looseness, &search.followed(&fit.freedoms));
+        let Some(explained) = explained else { return vec![self.as_found(fit, m, 0.0)] };
         let mut without = fit.freedoms.clone();
         without[m] = Freedom::constant(0.0);
         let Some(others) = explained.posterior(&without, fit.looseness) else { return vec![self.as_found(fit, m, 0.0)] };
@@ -166,12 +165,8 @@ impl Ways<'_> {
                     free(in_rows, evidence(in_rows).map(|log| log - ground));
                 }
                 for curve in smooth.curves() {
-                    let along = smooth
-                        .with(Some(curve))
-                        .into_iter()
-                        .map(|f| (f, if smooth.of[f] == Function::Constant { *size } else { *deviation }));
                     let freedom = Freedom { curve: Some((curve, *deviation)), ..Freedom::constant(*size) };
-                    free(freedom, screen.functions.gain(&along.collect::<Vec<_>>()));
+                    free(freedom, screen.functions.gain(&freedom.acting(smooth)));
                 }
             }
         }
@@ -228,10 +223,9 @@ impl Ways<'_> {
                 Means::Constant | Means::Unknown => {}
             }
         }
-        let fitted = search.fit_from(begun, true);
+        let fitted = search.fit_from(begun, Sought::All, true);
         let log = fitted.log_evidence - of.iter().map(|choice| choice.price).sum::<f64>();
-        let (rows, linear) = (search.rows_at(fitted.looseness)?, search.linear_about(&fitted));
-        let explained = Explained::new(&rows, search.profiles, &linear.residual, &linear.slopes, &search.followed(&fitted.freedoms));
+        let explained = search.explained(&search.linear_about(&fitted), fitted.looseness, &search.followed(&fitted.freedoms))?;
         let posterior = explained.posterior(&fitted.freedoms, fitted.looseness)?;
         let cause = |(m, choice): (usize, &&Choice)| {
             let deviations: Vec<f64> = posterior.variances(m).into_iter().map(f64::sqrt).collect();

@@ -5,7 +5,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use super::super::others::Others;
 use super::super::rows::Looseness;
 use super::{Explained, Freedom};
-use crate::triangular::solve_lower;
+use crate::triangular::{cholesky, solve_lower};
 
 /// The posterior under one choice of freedoms.
 pub struct Posterior<'a> {
@@ -33,7 +33,7 @@ impl<'a> Explained<'a> {
         let metric = self.under_metric(&columns, freedoms);
         let mut matrix = columns.transpose() * &metric;
         (0..matrix.nrows()).for_each(|k| matrix[(k, k)] += 1.0);
-        let factor = Cholesky::new(matrix)?;
+        let factor = cholesky(matrix)?;
         let mut found =
             Posterior { pull: DVector::zeros(self.residual.len()), explained: self, freedoms: freedoms.to_vec(), metric, factor };
         found.pull = found.solve(&DMatrix::from_columns(std::slice::from_ref(&self.residual))).column(0).into_owned();
@@ -171,7 +171,7 @@ impl Posterior<'_> {
 
     /// Predictions of some readings from all others.
     pub fn others(&self) -> Others {
-        let (explained, rows) = (self.explained, self.explained.rows);
+        let (explained, rows) = (self.explained, &self.explained.rows);
         // The columns of the metric times the inverse of the upper factor of their matrix.
         let mut across = self.metric.transpose();
         solve_lower(self.factor.l_dirty(), &mut across);
@@ -188,7 +188,7 @@ impl Posterior<'_> {
 
     /// Logarithm of the density of each row's readings, given all other rows, without the constant of the number of readings.
     pub fn kept_out(&self) -> Vec<f64> {
-        let rows = self.explained.rows;
+        let rows = &self.explained.rows;
         let inverse = self.factor.inverse();
         let of = |(row, range): (usize, &std::ops::Range<usize>)| {
             let size = range.len();
