@@ -51,22 +51,24 @@ impl Search<'_> {
             + s.noise_price * (looseness.noise - 1.0)
     }
 
-    /// Looseness that differs by one step of one size; first what rows are whitened by alike.
-    fn one_step_from(&self, at: Looseness) -> Vec<Looseness> {
+    /// Looseness that differs in one size: by one step in those that rows are whitened by, and in the others, which come first, by any or by one.
+    fn one_size_from(&self, at: Looseness, sought: Sought) -> Vec<Looseness> {
         let s = self.settings;
-        let mut all: Vec<Looseness> = near_by(&s.spreads, at.spread).into_iter().map(|spread| Looseness { spread, ..at }).collect();
-        let disturbances = if self.is_log() { &s.wandering_heats } else { &s.disturbances };
-        all.extend(near_by(disturbances, at.disturbance).into_iter().map(|disturbance| Looseness { disturbance, ..at }));
+        let any_or_near = |all: &[f64], value: f64| if sought == Sought::All { all.to_vec() } else { near_by(all, value) };
+        let mut all: Vec<Looseness> = any_or_near(&s.spreads, at.spread).into_iter().map(|spread| Looseness { spread, ..at }).collect();
         if self.is_log() {
+            let heats = any_or_near(&s.wandering_heats, at.disturbance);
+            all.extend(heats.into_iter().map(|disturbance| Looseness { disturbance, ..at }));
             all.extend(near_by(&s.wanderings, at.wandering).into_iter().map(|wandering| Looseness { wandering, ..at }));
         } else {
+            all.extend(near_by(&s.disturbances, at.disturbance).into_iter().map(|disturbance| Looseness { disturbance, ..at }));
             all.extend(near_by(&s.condition_errors, at.conditions).into_iter().map(|conditions| Looseness { conditions, ..at }));
         }
         all.extend(near_by(&s.noises, at.noise).into_iter().map(|noise| Looseness { noise, ..at }));
         all
     }
 
-    /// The looseness of the model with the largest evidence under given freedoms, found by steps of one size at a time.
+    /// The looseness of the model with the largest evidence under given freedoms, found by one size at a time.
     pub(super) fn loosest(&self, linear: &Linear<'_>, freedoms: &[Freedom], from: Looseness, sought: Sought) -> (Looseness, f64) {
         let followed = self.followed(freedoms);
         let mut tried: Vec<(Looseness, f64)> = Vec::new();
@@ -83,7 +85,7 @@ impl Search<'_> {
         for start in [from, Looseness::default()].into_iter().take(if sought == Sought::All { 2 } else { 1 }) {
             let mut own = evidence(start);
             while sought != Sought::AsItIs {
-                let steps = self.one_step_from(own.0).into_iter().map(&mut evidence);
+                let steps = self.one_size_from(own.0, sought).into_iter().map(&mut evidence);
                 match steps.max_by(|a, b| a.1.total_cmp(&b.1)).filter(|step| step.1 > own.1) {
                     Some(step) => own = step,
                     None => break,
