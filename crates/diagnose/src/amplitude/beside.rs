@@ -13,7 +13,7 @@ use super::laws::{Laws, Rule};
 use super::logs::{Log, rows_that_count};
 use super::profiles::Profiles;
 use super::ranking::{REFINED, best_of_each_size, difference, most_probable, sum_and_error, that_predict_more, whole, with_certain_first};
-use super::response::{Answer, Response};
+use super::response::{Answer, Response, shows};
 use super::rows::{Errors, uncertain};
 use super::search::{About, Candidate, Fit, Search, Sought};
 use super::sets::{self, seen};
@@ -457,11 +457,6 @@ fn variables(problem: &Problem) -> (Vec<String>, Vec<Vec<f64>>) {
     let order = ("row".to_string(), (0..rows.len()).map(|row| row as f64).collect());
     let varies = |(_, values): &(String, Vec<f64>)| values.iter().any(|x| *x != values[0]);
     own.chain([order]).filter(varies).unzip()
-}
-
-/// Whether a change of the readings (K) is more than rounding.
-pub(super) fn shows(change: &[f64]) -> bool {
-    change.iter().any(|c| c.abs() > 1e-9)
 }
 
 /// Whether the readings answer straight, however large it is.

@@ -11,10 +11,9 @@ use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector, SVD};
 
-use super::beside::shows;
 use super::force::{self, Acting, Forced, STEP};
 use super::profiles::{Function, Profiles};
-use super::response::Slope;
+use super::response::{Slope, shows};
 use super::rows::{Errors, LogNoise, uncertain};
 use super::search::{Fit, Reference};
 use super::settings::AmplitudeSettings;

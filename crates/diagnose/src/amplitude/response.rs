@@ -35,6 +35,11 @@ pub enum Slope {
     OfFunctions(Vec<Vec<f64>>),
 }
 
+/// Whether a change of the readings (K) is more than rounding.
+pub fn shows(change: &[f64]) -> bool {
+    change.iter().any(|c| c.abs() > 1e-9)
+}
+
 impl Response {
     /// From changes (K) at amplitudes that rise.
     pub fn new(knots: Vec<f64>, changes: Vec<Vec<f64>>) -> Self {
