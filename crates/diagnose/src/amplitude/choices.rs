@@ -51,8 +51,12 @@ impl Search<'_> {
             + s.noise_price * (looseness.noise - 1.0)
     }
 
-    /// Looseness that differs in one size: by one step in those that rows are whitened by, and in the others, which come first, by any or by one.
+    /// Looseness that differs in one size, where it is sought: by one step in those that rows are whitened by, and in the others, which come first,
+    /// by any or by one.
     fn one_size_from(&self, at: Looseness, sought: Sought) -> Vec<Looseness> {
+        if sought == Sought::AsItIs {
+            return Vec::new();
+        }
         let s = self.settings;
         let any_or_near = |all: &[f64], value: f64| if sought == Sought::All { all.to_vec() } else { near_by(all, value) };
         let mut all: Vec<Looseness> = any_or_near(&s.spreads, at.spread).into_iter().map(|spread| Looseness { spread, ..at }).collect();
@@ -84,7 +88,7 @@ impl Search<'_> {
         let mut best = (from, f64::NEG_INFINITY);
         for start in [from, Looseness::default()].into_iter().take(if sought == Sought::All { 2 } else { 1 }) {
             let mut own = evidence(start);
-            while sought != Sought::AsItIs {
+            loop {
                 let steps = self.one_size_from(own.0, sought).into_iter().map(&mut evidence);
                 match steps.max_by(|a, b| a.1.total_cmp(&b.1)).filter(|step| step.1 > own.1) {
                     Some(step) => own = step,
