@@ -252,7 +252,7 @@ impl Follower<'_> {
         Ok(Acting { disturbances: effects.chain(variations.iter().map(along)).collect::<Result<_>>()? })
     }
 
-    /// What the sensors show of a change of the temperatures of their places in one test, reading by reading of its rows: a place among all
+    /// Change that sensors show with a change of the temperatures of their places in one test, reading by reading of its rows: a place among all
     /// readings, and K.
     fn shown(&self, rows: &RowsOfTest, mut found: Vec<(usize, f64)>) -> Vec<(usize, f64)> {
         let machine = &self.study.model.machine;

@@ -141,7 +141,7 @@ impl<'a> Log<'a> {
         log
     }
 
-    /// The same in which amplitudes are alike in all rows.
+    /// This log in which amplitudes are alike in all rows.
     pub fn with_means_alone(self) -> Self {
         Self { functions: Profiles::constant(self.problem.data.rows.len()), ..self }
     }

@@ -551,7 +551,7 @@ impl<'a> Search<'a> {
     }
 }
 
-/// Where the looseness of a model is sought.
+/// How far the looseness of a model is sought.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Sought {
     /// By steps from a given one and from none.
