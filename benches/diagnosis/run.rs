@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use coldplate_base::progress::Silent;
 use coldplate_base::units::Measurand;
-use coldplate_diagnose::{Cause, Diagnosis, Problem, diagnose, sentence};
+use coldplate_diagnose::{Cause, Diagnosis, PlaceAndKind, Problem, diagnose, sentence};
 use coldplate_evidence::identify;
 use coldplate_evidence::measurement::{Data, whiten};
 use coldplate_explore::simulate::Start;
@@ -87,7 +87,10 @@ pub struct Answer {
 pub fn case(seed: u64, is_shown: bool) -> Record {
     let clock = Instant::now();
     let done = catch_unwind(AssertUnwindSafe(|| {
-        let drawn = draw(seed);
+        let mut drawn = draw(seed);
+        if let Ok(own) = std::env::var("WITHOUT") {
+            drawn.case.problem.without = own.split(",").map(String::from).collect();
+        }
         if is_shown {
             println!("drawn in {:.1} s", clock.elapsed().as_secs_f64());
         }
@@ -209,9 +212,20 @@ fn show(seed: u64, drawn: &Drawn, found: &Diagnosis) {
         println!("  {mark} {:.3}, misfit {:.1}, {:?}: {}", e.probability, e.misfit, e.level, words.join("; "));
     }
     for set in &found.places.sets {
-        let names: Vec<String> = set.members.iter().map(|member| member.hypothesis.kind_and_place()).collect();
+        let name = |member: &PlaceAndKind| {
+            let way = if member.is_free { " free" } else { "" };
+            let over = member.over.as_ref().map_or(String::new(), |over| format!(" over {over}"));
+            format!("{}{way}{over} {:.3?}", member.hypothesis.kind_and_place(), member.amplitudes.iter().take(14).collect::<Vec<_>>())
+        };
+        let names: Vec<String> = set.members.iter().map(name).collect();
         let [lead, kept_out] = [set.lead, set.kept_out.0];
-        println!("  {:.3}, lead {lead:.1}, kept out {kept_out:.1}, {} aside: {}", set.probability, set.aside.len(), names.join(" + "));
+        println!(
+            "  {:.3}, lead {lead:.1}, kept out {kept_out:.1}, {} aside, {:?}: {}",
+            set.probability,
+            set.aside.len(),
+            set.looseness,
+            names.join(" + ")
+        );
     }
     for rung in &found.rungs {
         let words: Vec<String> = rung.causes.iter().map(sentence).collect();

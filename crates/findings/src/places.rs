@@ -53,6 +53,8 @@ pub struct PlaceSetRecord {
     /// Heat in every part, new in every row, in logs wandering with the time, beside it: standard deviation as a share of the machine's mean
     /// heat.
     pub disturbance: f64,
+    /// Level of all heats, new in every row of a table and in every test of a log, beside it: standard deviation as a share of them.
+    pub level: f64,
     /// Further error of each condition, new in every row of a table, beside it: standard deviation as a multiple of what is stated.
     pub conditions: f64,
     /// Error of each sensor of a log that wanders with the time, beside what is stated: standard deviation, K.
@@ -190,6 +192,7 @@ pub fn record(found: &Findings<'_>) -> PlacesRecord {
         standard_error: set.kept_out.1,
         numbers: set.looseness.spread,
         disturbance: set.looseness.disturbance,
+        level: set.looseness.level,
         conditions: set.looseness.conditions,
         wandering: set.looseness.wandering,
         noise: set.looseness.noise,

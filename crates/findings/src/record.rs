@@ -164,6 +164,8 @@ pub struct DiscrepancyRecord {
     pub numbers: f64,
     /// Heat in every part, new in every row: standard deviation as a share of the machine's mean heat.
     pub disturbance: f64,
+    /// Level of all heats, new in every row of a table and in every test of a log: standard deviation as a share of them.
+    pub level: f64,
     /// Further error of each condition, new in every row of a table: standard deviation as a multiple of what is stated.
     pub conditions: f64,
     /// Error of each sensor of a log that wanders with the time: standard deviation, K.
@@ -329,7 +331,7 @@ impl GainRecord {
 
 impl RungRecord {
     fn of(found: &Findings<'_>, rung: &Rung) -> Self {
-        let Looseness { spread, disturbance, conditions, wandering, noise } = rung.left;
+        let Looseness { spread, disturbance, level, conditions, wandering, noise } = rung.left;
         Self {
             causes: rung.causes.iter().map(RungCauseRecord::of).collect(),
             refitted: rung.refitted.iter().map(RungCauseRecord::of).collect(),
@@ -338,7 +340,7 @@ impl RungRecord {
             left_K: rung.rms,
             where_left: rung.where_left.as_ref().map(|left| left.sensor.clone()),
             where_left_share: rung.where_left.as_ref().map(|left| left.share),
-            discrepancy: DiscrepancyRecord { numbers: spread, disturbance, conditions, wandering_K: wandering, noise },
+            discrepancy: DiscrepancyRecord { numbers: spread, disturbance, level, conditions, wandering_K: wandering, noise },
             gain: rung.gain.as_ref().map(|gain| GainRecord::of(found, gain)),
             not_in_extended_machine: rung.left_out.as_ref().map_or_else(Vec::new, |own| own.causes.clone()),
             text: format!("{}; {}", ladder::words(rung), ladder::left(rung)),

@@ -13,7 +13,7 @@ use super::laws::{Laws, Rule};
 use super::logs::{Log, rows_that_count};
 use super::profiles::Profiles;
 use super::ranking::{REFINED, best_of_each_size, difference, most_probable, sum_and_error, that_predict_more, whole, with_certain_first};
-use super::response::{Answer, Response, shows};
+use super::response::{Answer, Response, shows, sum};
 use super::rows::{Errors, uncertain};
 use super::search::{About, Candidate, Fit, Search, Sought};
 use super::sets::{self, seen};
@@ -95,14 +95,13 @@ impl<'p> Beside<'p> {
         };
         let into = columns(&|h| matches!(h.effect, Effect::Heat(Heat::Into(_))) && h.law == Law::Constant);
         // From test to test the level of all sources together differs too: one supply, one load.
-        let sources = columns(&|h| matches!(h.effect, Effect::Heat(Heat::Source(_))) && h.law == h.effect.usual_law());
-        let level = sources.into_iter().reduce(|sum, own| sum.iter().zip(own).map(|(a, b)| a + b).collect());
+        let levels = sum(columns(&Hypothesis::is_source));
         let condition = |(v, stated): (usize, &VariableUncertainty)| -> Vec<f64> {
             let size = |row: &usize| stated.absolute.max(stated.relative * problem.data.rows[*row].condition.si()[v].abs());
             let slopes = base.found.prediction.conditions.iter().map(|slopes| slopes[v]);
             places.iter().zip(slopes).map(|((row, _), slope)| size(row) * slope).collect()
         };
-        let heats = into.into_iter().map(|own| own.iter().map(|c| c * mean).collect()).chain(level).collect();
+        let heats = into.into_iter().map(|own| own.iter().map(|c| c * mean).collect()).collect();
         Errors {
             row_of: consecutive(places.iter().map(|(row, _)| *row)),
             noise: base.errors.noise().to_vec(),
@@ -110,6 +109,7 @@ impl<'p> Beside<'p> {
             uncertain: uncertain(&base.errors),
             numbers: base.errors.numbers().to_vec(),
             heats,
+            levels: levels.into_iter().collect(),
             conditions: problem.uncertainty.variables.iter().enumerate().map(condition).collect(),
             biases: problem.data.sensors.len(),
             aside: Vec::new(),

@@ -45,7 +45,7 @@ impl Search<'_> {
         let law = |f: &Freedom| f64::from(f.law.count_ones()) * (s.choice_price + (laws as f64).ln());
         freedoms.iter().map(|f| chosen(f.freedom > 0.0) + self.price_of_size(f.size) + curve(f) + law(f)).sum::<f64>()
             + s.spread_price * looseness.spread
-            + s.disturbance_price * looseness.disturbance
+            + s.disturbance_price * (looseness.disturbance + looseness.level)
             + s.condition_price * looseness.conditions
             + s.wandering_price * looseness.wandering
             + s.noise_price * (looseness.noise - 1.0)
@@ -60,12 +60,18 @@ impl Search<'_> {
         let s = self.settings;
         let any_or_near = |all: &[f64], value: f64| if sought == Sought::All { all.to_vec() } else { near_by(all, value) };
         let mut all: Vec<Looseness> = any_or_near(&s.spreads, at.spread).into_iter().map(|spread| Looseness { spread, ..at }).collect();
+        if !self.errors.levels.is_empty() {
+            let levels = if self.is_log() { any_or_near(&s.disturbances, at.level) } else { near_by(&s.disturbances, at.level) };
+            all.extend(levels.into_iter().map(|level| Looseness { level, ..at }));
+        }
         if self.is_log() {
             let heats = any_or_near(&s.wandering_heats, at.disturbance);
             all.extend(heats.into_iter().map(|disturbance| Looseness { disturbance, ..at }));
             all.extend(near_by(&s.wanderings, at.wandering).into_iter().map(|wandering| Looseness { wandering, ..at }));
         } else {
             all.extend(near_by(&s.disturbances, at.disturbance).into_iter().map(|disturbance| Looseness { disturbance, ..at }));
+        }
+        if !self.errors.conditions.is_empty() {
             all.extend(near_by(&s.condition_errors, at.conditions).into_iter().map(|conditions| Looseness { conditions, ..at }));
         }
         all.extend(near_by(&s.noises, at.noise).into_iter().map(|noise| Looseness { noise, ..at }));

@@ -291,6 +291,7 @@ mod tests {
             uncertain: 0..0,
             numbers: vec![wave(4), wave(5)],
             heats: vec![wave(6), wave(7)],
+            levels: vec![wave(12)],
             conditions: vec![wave(11)],
             biases: 1,
             row_of,
@@ -317,6 +318,7 @@ mod tests {
         errors.stated.iter().enumerate().for_each(|(k, c)| add(c, if is_bias(k) { loose.noise.powi(2) } else { 1.0 }, false));
         errors.numbers.iter().for_each(|c| add(c, loose.spread.powi(2), false));
         errors.heats.iter().for_each(|c| add(c, loose.disturbance.powi(2), true));
+        errors.levels.iter().for_each(|c| add(c, loose.level.powi(2), true));
         errors.conditions.iter().for_each(|c| add(c, loose.conditions.powi(2), true));
         (0..n).for_each(|i| all[(i, i)] += (loose.noise * errors.noise[i]).powi(2));
         for (column, prior) in columns.iter().zip(priors) {
@@ -328,7 +330,7 @@ mod tests {
     #[test]
     fn evidence_amplitudes_and_kept_out_rows_are_those_of_the_covariance_written_out() {
         let (errors, residual, columns) = case();
-        let looseness = Looseness { spread: 0.3, disturbance: 0.2, conditions: 0.4, wandering: 0.0, noise: 1.5 };
+        let looseness = Looseness { spread: 0.3, disturbance: 0.2, level: 0.1, conditions: 0.4, wandering: 0.0, noise: 1.5 };
         let slopes: Vec<Slope> = columns.iter().cloned().map(Slope::OfRow).collect();
         let rows = Arc::new(Rows::new(&errors, looseness).unwrap());
         let profiles = Profiles::smooth(3, &[vec![0.0, 1.0, 3.0]]);

@@ -13,7 +13,7 @@ use nalgebra::{DMatrix, DVector, SVD};
 
 use super::force::{self, Acting, Forced, STEP};
 use super::profiles::{Function, Profiles};
-use super::response::{Slope, shows};
+use super::response::{Slope, shows, sum};
 use super::rows::{Errors, LogNoise, uncertain};
 use super::search::{Fit, Reference};
 use super::settings::AmplitudeSettings;
@@ -274,18 +274,39 @@ impl<'a> Log<'a> {
         };
         let most = self.settings.wandering_heats.iter().copied().fold(0.0, f64::max);
         let noise = found.errors.noise().to_vec();
+        // One test shows nothing that differs from test to test.
+        let (levels, conditions) = match data.tests().len() {
+            0 | 1 => Default::default(),
+            _ => {
+                let shared = whiten::common_errors(data, &self.problem.uncertainty, &found.found.prediction.conditions);
+                (self.levels(about), shared.into_iter().skip(data.sensors.len()).collect())
+            }
+        };
         Errors {
             row_of: self.stretches.clone(),
             stated,
             uncertain: uncertain(&found.errors),
             numbers: found.errors.numbers().to_vec(),
             heats: few(heated, &noise, LOST / (most * most)),
+            levels,
             noise,
-            conditions: Vec::new(),
+            conditions,
             biases: data.sensors.len(),
             aside: Vec::new(),
             log: Some(LogNoise { parts: found.errors.clone(), memory: self.settings.wandering_memory, known: Arc::default() }),
         }
+    }
+
+    /// Change of the readings with the level of all heats in each test, K.
+    fn levels(&self, about: &About<'_>) -> Vec<Vec<f64>> {
+        let sources: Vec<Hypothesis> =
+            hypotheses(about.study, about.data, self.predictor.user).into_iter().filter(Hypothesis::is_source).collect();
+        let tests = hats(about.data, 1);
+        let courses: Vec<(usize, Along<'_>)> =
+            tests.iter().flat_map(|own| (0..sources.len()).map(move |s| (s, Along { values: own, is_held: true }))).collect();
+        let found = self.follower(about).and_then(|follower| follower.along(&sources, &courses, self.stride).ok());
+        let columns: Vec<Vec<f64>> = found.into_iter().flatten().flatten().collect();
+        columns.chunks(sources.len().max(1)).filter_map(|of_test| sum(of_test.to_vec())).collect()
     }
 
     /// Standard deviation of the temperature of each group at the start of each test, K: where a sensor is, what it may be off by and what the

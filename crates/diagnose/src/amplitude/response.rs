@@ -35,6 +35,11 @@ pub enum Slope {
     OfFunctions(Vec<Vec<f64>>),
 }
 
+/// The sum of some columns; none of none.
+pub fn sum(columns: Vec<Vec<f64>>) -> Option<Vec<f64>> {
+    columns.into_iter().reduce(|sum, own| sum.iter().zip(own).map(|(a, b)| a + b).collect())
+}
+
 /// Whether a change of the readings (K) is more than rounding.
 pub fn shows(change: &[f64]) -> bool {
     change.iter().any(|c| c.abs() > 1e-9)

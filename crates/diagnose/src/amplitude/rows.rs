@@ -37,9 +37,13 @@ pub struct Errors {
     /// Change of every reading with the logarithm of each number of the machine, K.
     pub numbers: Vec<Vec<f64>>,
     /// Change of every reading with the disturbance of size one, K, which is another in every row: with a heat in each part as large as the
-    /// machine's mean heat, and with the level of all heats. In logs the heats alone, also of each stretch of time.
+    /// machine's mean heat. In logs also of each stretch of time.
     pub heats: Vec<Vec<f64>>,
-    /// Change of every reading of a table with what is stated of the error of each condition, K, which is another in every row.
+    /// Change of every reading with the level of all heats, K, by one times these heats: one column that counts anew in every row of a table, and
+    /// in logs one for each test.
+    pub levels: Vec<Vec<f64>>,
+    /// Change of every reading with what is stated of the error of each condition, K: which counts anew in every row of a table, and in logs one
+    /// for each test.
     pub conditions: Vec<Vec<f64>>,
     /// In logs, what the readings are whitened by in place of `noise`.
     pub log: Option<LogNoise>,
@@ -61,19 +65,25 @@ pub struct LogNoise {
 impl Errors {
     /// Errors of some readings of a table, given by their places, which rise.
     pub fn of_readings(&self, readings: &[usize]) -> Self {
-        let of = |column: &Vec<f64>| readings.iter().map(|i| column[*i]).collect::<Vec<f64>>();
-        let all = |columns: &[Vec<f64>]| columns.iter().map(of).collect();
         Self {
             row_of: readings.iter().map(|i| self.row_of[*i]).collect(),
+            aside: readings.iter().enumerate().filter(|(_, i)| self.aside.contains(i)).map(|(n, _)| n).collect(),
+            ..self.clone().map(|column| readings.iter().map(|i| column[*i]).collect())
+        }
+    }
+
+    /// Errors of a table, each of whose columns becomes another one.
+    pub fn map(self, of: impl Fn(&[f64]) -> Vec<f64>) -> Self {
+        let all = |columns: &[Vec<f64>]| columns.iter().map(|column| of(column)).collect();
+        Self {
             noise: of(&self.noise),
             stated: all(&self.stated),
-            biases: self.biases,
-            uncertain: self.uncertain.clone(),
             numbers: all(&self.numbers),
             heats: all(&self.heats),
+            levels: all(&self.levels),
             conditions: all(&self.conditions),
             log: None,
-            aside: readings.iter().enumerate().filter(|(_, i)| self.aside.contains(i)).map(|(n, _)| n).collect(),
+            ..self
         }
     }
 }
@@ -85,7 +95,10 @@ pub struct Looseness {
     pub spread: f64,
     /// Standard deviation of a heat in every part, new in every row, as a share of the machine's mean heat. In logs it wanders with the time.
     pub disturbance: f64,
-    /// Standard deviation of a further error of each condition of a table, new in every row, as a multiple of what is stated.
+    /// Standard deviation of the level of all heats, new in every row of a table and in every test of a log, as a share of them.
+    pub level: f64,
+    /// Standard deviation of a further error of each condition, new in every row of a table and in every test of a log, as a multiple of what is
+    /// stated.
     pub conditions: f64,
     /// Standard deviation of an error of each sensor of a log that wanders with the time, K, beside what is stated.
     pub wandering: f64,
@@ -96,7 +109,7 @@ pub struct Looseness {
 impl Default for Looseness {
     /// Nothing is left open.
     fn default() -> Self {
-        Self { spread: 0.0, disturbance: 0.0, conditions: 0.0, wandering: 0.0, noise: 1.0 }
+        Self { spread: 0.0, disturbance: 0.0, level: 0.0, conditions: 0.0, wandering: 0.0, noise: 1.0 }
     }
 }
 
@@ -128,12 +141,13 @@ impl Looseness {
         let numbers = (self.spread > 0.0).then(|| format!("numbers of the machine file off by {} %", percent(self.spread)));
         let heats = (self.disturbance > 0.0)
             .then(|| format!("heats that nothing explains, of {} % of the machine's heat", percent(self.disturbance)));
+        let level = (self.level > 0.0).then(|| format!("all heats {} % more or less from test to test", percent(self.level)));
         let times = |factor: f64| significant(factor, 2);
         let conditions =
             (self.conditions > 0.0).then(|| format!("errors of conditions, of {} times what is stated of them", times(self.conditions)));
         let noise = (self.noise != 1.0).then(|| format!("noise and offsets of the sensors {} times as large as stated", times(self.noise)));
         let errors = (self.wandering > 0.0).then(|| format!("errors of the sensors that wander, of {} K", significant(self.wandering, 2)));
-        numbers.into_iter().chain(heats).chain(conditions).chain(errors).chain(noise).collect::<Vec<_>>().join("; ")
+        numbers.into_iter().chain(heats).chain(level).chain(conditions).chain(errors).chain(noise).collect::<Vec<_>>().join("; ")
     }
 }
 
@@ -142,17 +156,19 @@ impl Looseness {
 pub struct Rows {
     /// Readings of each row.
     pub ranges: Vec<Range<usize>>,
-    /// Sizes in the blocks of a table: disturbance, errors of conditions and noise; in logs, where the disturbance is among the shared columns,
-    /// wandering errors and noise.
+    /// Sizes in the blocks of a table: disturbance, level of the heats, errors of conditions and noise; in logs, where the first three are among
+    /// the shared columns, wandering errors and noise.
     pub own: Looseness,
     whitening: Whitening,
-    /// Shared columns, whitened: stated ones, then numbers, then the disturbance of logs.
+    /// Shared columns, whitened: stated ones, then numbers; then of logs the disturbance, the levels of the heats, and errors of conditions.
     pub shared: DMatrix<f64>,
     /// Place of each of them among [`Errors::stated`] and, behind these, [`Errors::numbers`].
     pub of: Vec<usize>,
     gram: DMatrix<f64>,
     stated: usize,
     numbers: usize,
+    heats: usize,
+    levels: usize,
     biases: usize,
     log_determinant: f64,
     eliminated: Mutex<Vec<Arc<Eliminated>>>,
@@ -195,10 +211,10 @@ impl Rows {
         matches!(self.whitening, Whitening::Series(_))
     }
 
-    fn own_part(is_log: bool, Looseness { disturbance, conditions, wandering, noise, .. }: Looseness) -> Looseness {
+    fn own_part(is_log: bool, Looseness { disturbance, level, conditions, wandering, noise, .. }: Looseness) -> Looseness {
         match is_log {
             true => Looseness { wandering, noise, ..Looseness::default() },
-            false => Looseness { disturbance, conditions, noise, ..Looseness::default() },
+            false => Looseness { disturbance, level, conditions, noise, ..Looseness::default() },
         }
     }
 
@@ -235,7 +251,9 @@ impl Rows {
             };
             let row = errors.row_of[range.start];
             local.iter().filter(|(own, ..)| *own == row).for_each(|(_, scale, column)| add(column, *scale));
-            for (columns, size) in [(&errors.heats, looseness.disturbance), (&errors.conditions, looseness.conditions)] {
+            let of_row =
+                [(&errors.heats, looseness.disturbance), (&errors.levels, looseness.level), (&errors.conditions, looseness.conditions)];
+            for (columns, size) in of_row {
                 columns.iter().filter(|_| size > 0.0).for_each(|column| add(column, size));
             }
             factors.push(Cholesky::new(block)?);
@@ -246,7 +264,7 @@ impl Rows {
         all.own = Self::own_part(false, looseness);
         all.of = shared.iter().map(|(place, _)| *place).collect();
         let whitened: Vec<DVector<f64>> = shared.iter().map(|(_, column)| all.whiten(column)).collect();
-        Some(all.with_columns(&whitened, (stated, numbers)))
+        Some(all.with_columns(&whitened, [stated, numbers, 0, 0]))
     }
 
     /// The stretches of logs under a looseness.
@@ -272,11 +290,12 @@ impl Rows {
         all.own = Self::own_part(true, looseness);
         let acts = |(_, column): &(usize, &Vec<f64>)| column.iter().any(|c| *c != 0.0);
         let acting = |columns: &'_ [Vec<f64>]| columns.iter().enumerate().filter(acts).map(|(place, _)| place).collect::<Vec<usize>>();
-        let (stated, numbers) = (acting(&errors.stated), acting(&errors.numbers));
-        let counts = (stated.len(), numbers.len());
-        let mut columns: Vec<DVector<f64>> = stated.iter().map(|k| all.whiten(&errors.stated[*k])).collect();
-        columns.extend(numbers.iter().map(|k| all.whiten(&errors.numbers[*k])));
-        columns.extend(acting(&errors.heats).into_iter().map(|k| all.whiten(&errors.heats[k])));
+        let shared = [&errors.stated, &errors.numbers, &errors.heats, &errors.levels, &errors.conditions];
+        let places = shared.map(|columns| acting(columns));
+        let counts = [0, 1, 2, 3].map(|k| places[k].len());
+        let of = |(columns, own): (&Vec<Vec<f64>>, &Vec<usize>)| own.iter().map(|k| all.whiten(&columns[*k])).collect::<Vec<_>>();
+        let columns: Vec<DVector<f64>> = shared.into_iter().zip(&places).flat_map(of).collect();
+        let [stated, numbers, ..] = places;
         all.of = stated.into_iter().chain(numbers.into_iter().map(|k| errors.stated.len() + k)).collect();
         all.with_columns(&columns, counts)
     }
@@ -291,16 +310,18 @@ impl Rows {
             gram: DMatrix::zeros(0, 0),
             stated: 0,
             numbers: 0,
+            heats: 0,
+            levels: 0,
             biases,
             log_determinant,
             eliminated: Mutex::default(),
         }
     }
 
-    fn with_columns(self, whitened: &[DVector<f64>], (stated, numbers): (usize, usize)) -> Self {
+    fn with_columns(self, whitened: &[DVector<f64>], [stated, numbers, heats, levels]: [usize; 4]) -> Self {
         let count = self.ranges.last().map_or(0, |last| last.end);
         let shared = if whitened.is_empty() { DMatrix::zeros(count, 0) } else { DMatrix::from_columns(whitened) };
-        Self { gram: shared.transpose() * &shared, shared, stated, numbers, ..self }
+        Self { gram: shared.transpose() * &shared, shared, stated, numbers, heats, levels, ..self }
     }
 
     /// Readings (K) whitened by the block of their row.
@@ -373,7 +394,9 @@ impl Rows {
                 }
             }
             k if k < self.stated + self.numbers => looseness.spread,
-            _ => looseness.disturbance,
+            k if k < self.stated + self.numbers + self.heats => looseness.disturbance,
+            k if k < self.stated + self.numbers + self.heats + self.levels => looseness.level,
+            _ => looseness.conditions,
         })
     }
 

@@ -11,9 +11,10 @@ pub struct AmplitudeSettings {
     pub spreads: Vec<f64>,
     /// Price of the spread of the numbers in log evidence, per unit: an exponential prior of mean 3 %.
     pub spread_price: f64,
-    /// Sizes of the disturbance that are tried, standard deviations of a heat in every part as shares of the machine's mean heat.
+    /// Sizes of the disturbance of tables that are tried, standard deviations of a heat in every part as shares of the machine's mean heat, and
+    /// of the level of all heats as shares of these.
     pub disturbances: Vec<f64>,
-    /// Price of the disturbance in log evidence, per unit: an exponential prior of mean 5 %.
+    /// Price of each of these in log evidence, per unit: an exponential prior of mean 5 %.
     pub disturbance_price: f64,
     /// Further errors of the conditions of each row of a table that are tried, as multiples of what is stated of them: water and room differ
     /// from test to test by more than their instruments do.
@@ -75,6 +76,7 @@ impl AmplitudeSettings {
     pub(crate) fn is_usual(&self, looseness: &Looseness) -> bool {
         looseness.spread <= self.usual.spread
             && looseness.disturbance <= self.usual.disturbance
+            && looseness.level <= self.usual.level
             && looseness.conditions <= self.usual.conditions
             && looseness.wandering <= self.usual.wandering
             && looseness.noise <= self.usual.noise
@@ -100,7 +102,7 @@ impl Default for AmplitudeSettings {
             sizes: vec![1.0, 3.0],
             choice_price: 1.0,
             expected_causes: 0.7,
-            usual: Looseness { spread: 0.02, disturbance: 0.03, conditions: 3.0, wandering: 0.1, noise: 2.0 },
+            usual: Looseness { spread: 0.02, disturbance: 0.03, level: 0.03, conditions: 3.0, wandering: 0.1, noise: 2.0 },
             alarm: 0.002,
             least_share: 0.5,
             certain: 0.9,

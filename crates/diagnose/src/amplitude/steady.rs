@@ -76,7 +76,8 @@ impl Table<'_> {
             None => {
                 let places = members.iter().zip(amplitudes).flat_map(|(m, own)| self.of_place(*m, own));
                 let stated = self.errors.stated.iter().cloned().chain(places).collect();
-                Errors { numbers: self.numbers(&forced)?, stated, ..self.errors.clone() }
+                let own = Errors { numbers: self.numbers(&forced)?, stated, ..self.errors.clone() };
+                members.iter().zip(amplitudes).fold(own, |own, (m, course)| self.exchanged(own, *m, course))
             }
         };
         Some((Reference { amplitudes: amplitudes.to_vec(), change, slopes, others: Vec::new() }, errors))
@@ -134,6 +135,15 @@ impl Table<'_> {
         let by = |i: usize| size.amplitude(amplitudes[self.errors.row_of[i]]);
         let scaled = |column: Vec<f64>| column.iter().enumerate().map(|(i, c)| by(i) * c).collect();
         attached.columns(h.effect, rises).into_iter().map(scaled).collect()
+    }
+
+    /// Errors of readings where a member exchanges sensors: each is that of the reading that belongs there.
+    fn exchanged(&self, errors: Errors, member: usize, amplitudes: &[f64]) -> Errors {
+        let Some(from) = self.visible[member].0.relabelled(&whiten::places(&self.problem.data)) else { return errors };
+        errors.map(|column| {
+            let of = |(i, from): (usize, &usize)| column[i] + amplitudes[self.errors.row_of[i]] * (column[*from] - column[i]);
+            from.iter().enumerate().map(of).collect()
+        })
     }
 
     fn attached(&self) -> Option<&(Attached<'_>, Vec<Vec<f64>>)> {

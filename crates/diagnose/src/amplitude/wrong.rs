@@ -1,7 +1,7 @@
 //! Parts of a table that are grossly wrong, with their price.
 
 /// A part of the table that can be wrong at once.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Part {
     /// One reading, by its place among all.
     Reading(usize),

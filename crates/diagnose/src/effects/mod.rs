@@ -334,6 +334,11 @@ impl Hypothesis {
         (self.effect, self.law, &self.place) == (other.effect, other.law, &other.place)
     }
 
+    /// Whether it is a factor on a source, alike in all conditions.
+    pub(crate) fn is_source(&self) -> bool {
+        matches!(self.effect, Effect::Heat(Heat::Source(_))) && self.law == self.effect.usual_law()
+    }
+
     /// Whether it drifts with the temperature of its place, which its derivative must know.
     pub(crate) fn is_drift(&self) -> bool {
         self.law == Law::Temperature
