@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::Findings;
 use super::estimate::EstimateRecord;
 use coldplate_base::numbers::significant;
-use coldplate_base::units::Measurand;
+use coldplate_base::units::{Measurand, express};
 use coldplate_describe::machine::Priors;
 use coldplate_diagnose::{AmplitudeSettings, Aside, Cause, Law, PlaceAndKind, PlaceSet, Places, Problem, Way};
 use coldplate_evidence::measurement::ReadingRow;
@@ -65,7 +65,7 @@ pub struct PlaceSetRecord {
     pub set_aside: Vec<AsideRecord>,
 }
 
-/// A part of the table that a set calls grossly wrong: a reading, a whole row or a whole sensor.
+/// A part of the table that a set calls grossly wrong: a reading, a whole row, a whole sensor, or a condition of a row.
 #[derive(Debug, Clone, Serialize)]
 #[allow(missing_docs)]
 pub struct AsideRecord {
@@ -73,11 +73,14 @@ pub struct AsideRecord {
     pub test: Option<String>,
     /// Line of the file.
     pub line: Option<usize>,
-    /// Sensor; none for a whole row.
+    /// Sensor; none for a whole row or a condition.
     pub sensor: Option<String>,
-    /// Reading less what all that is not set aside says of it; of a row or sensor the root mean square.
+    /// Variable of which the row states a wrong value; none of readings.
+    pub condition: Option<String>,
+    /// Reading less what all that is not set aside says of it; of a row or sensor the root mean square; of a condition what is stated less what
+    /// the readings ask for.
     pub off: f64,
-    pub unit: &'static str,
+    pub unit: String,
     /// Value of a sensor that shows one throughout, degC (or um).
     pub stuck_at: Option<f64>,
 }
@@ -214,12 +217,21 @@ fn aside_record(problem: &Problem, own: &Aside) -> AsideRecord {
     let measurands = data.measurands(&problem.study.model.machine);
     // A row may have readings of both kinds; most have temperatures alone.
     let measurand = own.sensor.map_or(Measurand::Temperature, |k| measurands[k]);
+    let variable = own.variable.map(|v| &problem.study.model.machine.variables[v]);
+    let of_reading = (own.off, measurand.unit_of_differences().to_string());
+    let (off, unit) = variable.map_or(of_reading, |variable| match variable.dimension.of_differences() {
+        differences if differences == variable.dimension => {
+            (express(own.off, &variable.unit, variable.dimension).unwrap_or(own.off), variable.unit.clone())
+        }
+        _ => (own.off, "K".into()),
+    });
     AsideRecord {
         test: row.map(|row| row.test.clone()),
         line: row.and_then(|row| row.line),
         sensor: own.sensor.map(|k| data.names[k].clone()),
-        off: own.off,
-        unit: measurand.unit_of_differences(),
+        condition: variable.map(|variable| variable.name.clone()),
+        off,
+        unit,
         stuck_at: own.stuck_at.map(|value| measurand.shown(value)),
     }
 }
@@ -231,11 +243,15 @@ pub fn set_aside(found: &Findings<'_>) -> Vec<String> {
 
 /// A part that is set aside, in words.
 fn aside_in_words(own: &AsideRecord) -> String {
-    let (off, unit) = (significant(own.off.abs(), 3), own.unit);
+    let (off, unit) = (significant(own.off.abs(), 3), &own.unit);
+    let more = if own.off > 0.0 { "more" } else { "less" };
     let line = own.line.map_or(String::new(), |line| format!(" (line {line})"));
     match (&own.test, &own.sensor, own.stuck_at) {
+        (Some(test), None, _) if own.condition.is_some() => {
+            let condition = own.condition.as_deref().unwrap_or_default();
+            format!("the {condition} that {test}{line} states: {off} {unit} {more} than its readings ask for")
+        }
         (Some(test), Some(sensor), _) => {
-            let more = if own.off > 0.0 { "more" } else { "less" };
             format!("the reading of {sensor} in {test}{line}: {off} {unit} {more} than the others say")
         }
         (Some(test), None, _) => format!("all readings of {test}{line}: {off} {unit} from what the other rows say"),

@@ -111,6 +111,7 @@ impl<'p> Beside<'p> {
             heats,
             levels: levels.into_iter().collect(),
             conditions: problem.uncertainty.variables.iter().enumerate().map(condition).collect(),
+            wrong_conditions: Vec::new(),
             biases: problem.data.sensors.len(),
             aside: Vec::new(),
             log: None,
@@ -272,7 +273,7 @@ impl<'p> Beside<'p> {
             0
         };
         let search = Search::new(&errors, residual, &candidates, settings, about, profiles);
-        let gross = (!is_log).then(|| Gross::new(&search, &problem.data));
+        let gross = (!is_log).then(|| Gross::new(&search, problem, &base.found.prediction.conditions));
         let most = if is_costly { REFINED_OF_CELLS[usize::from(is_log)] } else { REFINED };
         let (nothing, mut all) = sets::fitted(&search, gross.as_ref(), most, progress);
         all.push(nothing.clone());

@@ -72,7 +72,11 @@ impl Search<'_> {
             all.extend(near_by(&s.disturbances, at.disturbance).into_iter().map(|disturbance| Looseness { disturbance, ..at }));
         }
         if !self.errors.conditions.is_empty() {
-            all.extend(near_by(&s.condition_errors, at.conditions).into_iter().map(|conditions| Looseness { conditions, ..at }));
+            // A condition that is off by more throughout a test of a log is a cause, which has a name.
+            let may_be = |own: &f64| !self.is_log() || *own <= s.usual.conditions;
+            all.extend(
+                near_by(&s.condition_errors, at.conditions).into_iter().filter(may_be).map(|conditions| Looseness { conditions, ..at }),
+            );
         }
         all.extend(near_by(&s.noises, at.noise).into_iter().map(|noise| Looseness { noise, ..at }));
         all

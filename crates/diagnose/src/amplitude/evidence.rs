@@ -293,6 +293,7 @@ mod tests {
             heats: vec![wave(6), wave(7)],
             levels: vec![wave(12)],
             conditions: vec![wave(11)],
+            wrong_conditions: vec![only(2, wave(13))],
             biases: 1,
             row_of,
             log: None,
@@ -320,6 +321,7 @@ mod tests {
         errors.heats.iter().for_each(|c| add(c, loose.disturbance.powi(2), true));
         errors.levels.iter().for_each(|c| add(c, loose.level.powi(2), true));
         errors.conditions.iter().for_each(|c| add(c, loose.conditions.powi(2), true));
+        errors.wrong_conditions.iter().for_each(|c| add(c, 1.0, true));
         (0..n).for_each(|i| all[(i, i)] += (loose.noise * errors.noise[i]).powi(2));
         for (column, prior) in columns.iter().zip(priors) {
             all += DMatrix::from_fn(n, n, |i, j| column[i] * column[j] * prior[(errors.row_of[i], errors.row_of[j])]);

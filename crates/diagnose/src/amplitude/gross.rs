@@ -4,27 +4,37 @@
 //! a sensor as a whole. Of the mixture's terms the largest one counts, found within every hypothesis: the part whose density given all other
 //! readings is lowest is set aside, the set is fitted anew, and so on while its posterior grows. What is set aside pays ln ρ and the density
 //! 1 / R of each reading, so that a part is dropped only where no cause explains it better at its own price. A part that a later set explains
-//! is taken back by the same rule. A sensor that is stuck has one value anywhere in the range, and its noise about that.
+//! is taken back by the same rule. A sensor that is stuck has one value anywhere in the range, and its noise about that. A row that states a
+//! wrong value of one condition keeps its readings: they say together by how much, as far as the values of the table go.
 
+use std::collections::BTreeMap;
+use std::f64::consts::TAU;
 use std::sync::Arc;
+
+use nalgebra::{DMatrix, DVector};
 
 use super::others::{Others, Predicted};
 use super::search::{Fit, Search};
 use super::settings::AmplitudeSettings;
 use super::wrong::{Part, Wrong, log_odds};
-use coldplate_evidence::measurement::{Data, whiten};
+use crate::Problem;
+use coldplate_describe::machine::DescribedVariable;
+use coldplate_evidence::measurement::whiten;
 
 /// Gross errors that one disturbance may hide together: none of them alone makes it smaller. Chosen: one table seldom has more.
 const HIDDEN_TOGETHER: usize = 4;
 
-/// Part of a table that one set of causes calls wrong: one reading, or all of a row, or all of a sensor.
+/// Part of a table that one set of causes calls wrong: one reading, or all of a row, or all of a sensor, or what a row states of a condition.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Aside {
     /// Row of the problem's data; none for a whole sensor.
     pub row: Option<usize>,
-    /// Column of the problem's data; none for a whole row.
+    /// Column of the problem's data; none for a whole row or a condition.
     pub sensor: Option<usize>,
-    /// Reading less what all that is not set aside says of it, K (or um); of a whole row or sensor the root mean square.
+    /// Variable of the machine, of a condition.
+    pub variable: Option<usize>,
+    /// Reading less what all that is not set aside says of it, K (or um); of a whole row or sensor the root mean square; of a condition what is
+    /// stated less what the readings ask for, in the variable's SI unit.
     pub off: f64,
     /// Value of a sensor that shows one throughout, K (or um).
     pub stuck_at: Option<f64>,
@@ -37,12 +47,23 @@ pub struct Gross<'a> {
     places: Vec<(usize, usize)>,
     /// Every reading, K.
     values: Vec<f64>,
+    /// Change of every reading with each variable that conditions of the table differ in, K, by as much as a value that may be anywhere among
+    /// them is off; and so much, in the variable's SI unit.
+    conditions: BTreeMap<usize, (Vec<f64>, f64)>,
 }
 
 impl<'a> Gross<'a> {
-    /// Of a search in some data.
-    pub fn new(search: &'a Search<'a>, data: &Data) -> Self {
-        Self { search, places: whiten::places(data), values: whiten::readings(data) }
+    /// Of a search in a problem's data; `slopes` are those of every reading along the conditions, K per SI unit.
+    pub fn new(search: &'a Search<'a>, problem: &Problem, slopes: &[Vec<f64>]) -> Self {
+        let data = &problem.data;
+        let condition = |(v, variable): (usize, &DescribedVariable)| {
+            let values = || data.rows.iter().map(|row| row.condition.si()[v]);
+            let wide = (values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min)) / TAU.sqrt();
+            let is_stated = problem.states(&variable.name) && wide > 0.0;
+            is_stated.then(|| (v, (slopes.iter().map(|own| wide * own[v]).collect(), wide)))
+        };
+        let conditions = problem.study.model.machine.variables.iter().enumerate().filter_map(condition).collect();
+        Self { search, places: whiten::places(data), values: whiten::readings(data), conditions }
     }
 
     fn settings(&self) -> &AmplitudeSettings {
@@ -53,15 +74,22 @@ impl<'a> Gross<'a> {
     fn readings(&self, part: Part) -> Vec<usize> {
         let is_own = |i: &usize| match part {
             Part::Reading(own) => *i == own,
-            Part::Row(row) => self.search.errors.row_of[*i] == row,
+            Part::Row(row) | Part::Condition { row, .. } => self.search.errors.row_of[*i] == row,
             Part::Sensor(sensor) => self.places[*i].1 == sensor,
         };
         (0..self.places.len()).filter(is_own).collect()
     }
 
-    /// Readings of some parts, rising.
+    /// Change of every reading with what a row states of a condition that is wrong, K.
+    fn column(&self, part: Part) -> Option<Vec<f64>> {
+        let Part::Condition { row, variable } = part else { return None };
+        let (column, _) = self.conditions.get(&variable)?;
+        Some(column.iter().zip(&self.search.errors.row_of).map(|(c, own)| if *own == row { *c } else { 0.0 }).collect())
+    }
+
+    /// Readings that some parts leave nothing of, rising.
     fn of_all(&self, wrong: &[Wrong]) -> Vec<usize> {
-        let mut all: Vec<usize> = wrong.iter().flat_map(|wrong| self.readings(wrong.part)).collect();
+        let mut all: Vec<usize> = wrong.iter().filter(|wrong| !wrong.is_condition()).flat_map(|wrong| self.readings(wrong.part)).collect();
         all.sort_unstable();
         all.dedup();
         all
@@ -75,7 +103,9 @@ impl<'a> Gross<'a> {
         let sensors = self.places.iter().map(|(_, k)| k + 1).max().unwrap_or(0);
         let whole = (0..rows).map(|r| Wrong::with_rate(Part::Row(r), s.wrong_row));
         let whole = whole.chain((0..sensors).map(|k| self.or_stuck(Wrong::with_rate(Part::Sensor(k), s.wrong_sensor))));
-        all.extend(whole.filter(|wrong| self.readings(wrong.part).len() > 1));
+        let of_row = |row: usize| self.conditions.keys().map(move |variable| Part::Condition { row, variable: *variable });
+        let conditions = (0..rows).flat_map(of_row).map(|part| Wrong::with_rate(part, s.wrong_reading));
+        all.extend(whole.chain(conditions).filter(|wrong| self.readings(wrong.part).len() > 1));
         all
     }
 
@@ -104,7 +134,7 @@ impl<'a> Gross<'a> {
 
     /// Standard deviation of the noise that stands for a reading anywhere in its range, K: with no residual it has the density of that.
     fn wide(&self) -> f64 {
-        self.settings().wrong_range / std::f64::consts::TAU.sqrt()
+        self.settings().wrong_range / TAU.sqrt()
     }
 
     /// A fit without what it calls wrong, as far as its posterior grows by that.
@@ -152,7 +182,8 @@ impl<'a> Gross<'a> {
         let now = self.of_all(&fit.aside);
         let of = |further: usize| {
             let acting = self.search.acting(further);
-            let is_other = |wrong: &Wrong| self.readings(wrong.part).iter().all(|i| acting.binary_search(i).is_err());
+            let is_other =
+                |wrong: &Wrong| wrong.is_condition() || self.readings(wrong.part).iter().all(|i| acting.binary_search(i).is_err());
             let (others, own): (Vec<Wrong>, Vec<Wrong>) = fit.aside.iter().copied().partition(is_other);
             if own.len() < 2 || fit.members.contains(&further) || acting.iter().any(|i| now.binary_search(i).is_err()) {
                 return None;
@@ -177,6 +208,7 @@ impl<'a> Gross<'a> {
         errors.aside = self.of_all(&aside);
         errors.noise.clone_from(own);
         errors.aside.iter().for_each(|i| errors.noise[*i] = self.wide());
+        errors.wrong_conditions = aside.iter().filter_map(|wrong| self.column(wrong.part)).collect();
         Fit { errors: Some(Arc::new(errors)), aside, ..fit.clone() }
     }
 
@@ -200,6 +232,16 @@ impl<'a> Gross<'a> {
                 continue;
             }
             let Some(predicted) = others.predict(&own) else { continue };
+            if let Some(column) = self.column(wrong.part) {
+                let wrong_before = fit.aside.iter().filter(|other| other.is_condition()).count();
+                if ((wrong_before + 1) as f64) <= self.settings().most_wrong * others.ranges.len() as f64
+                    && fit.aside.iter().all(|other| other.part != wrong.part)
+                    && let Some(density) = with_column(&predicted, &own, &column, 1.0)
+                {
+                    offer(density - predicted.log_density + wrong.log_odds, fit.aside.iter().copied().chain([wrong]).collect());
+                }
+                continue;
+            }
             let density = -(own.len() as f64) * wide.ln();
             // A row takes the place of its own readings.
             let is_within = |other: &Wrong| self.readings(other.part).iter().all(|i| all.binary_search(i).is_ok());
@@ -214,6 +256,15 @@ impl<'a> Gross<'a> {
         for (at, wrong) in fit.aside.iter().enumerate() {
             let mut aside = fit.aside.clone();
             aside.remove(at);
+            if let Some(column) = self.column(wrong.part) {
+                let own: Vec<usize> = self.readings(wrong.part).into_iter().filter(|i| now.binary_search(i).is_err()).collect();
+                if let Some(predicted) = others.predict(&own)
+                    && let Some(density) = with_column(&predicted, &own, &column, -1.0)
+                {
+                    offer(density - predicted.log_density - wrong.log_odds, aside);
+                }
+                continue;
+            }
             let still = self.of_all(&aside);
             let own: Vec<usize> = self.readings(wrong.part).into_iter().filter(|i| still.binary_search(i).is_err()).collect();
             if let Some((right, wide)) = as_they_are(&own) {
@@ -237,8 +288,9 @@ impl<'a> Gross<'a> {
     /// Logarithm of the density of readings that are set aside, given all others, were they right, with so many times their stated noise.
     fn as_they_are(&self, predicted: &Predicted, readings: &[usize], residual: &[f64], times: f64) -> Option<f64> {
         let (wide, noise) = (self.wide(), &self.search.errors.noise);
-        let more: Vec<(f64, f64)> = readings.iter().map(|i| (residual[*i], (times * noise[*i]).powi(2) - wide * wide)).collect();
-        predicted.log_density_with(&more)
+        let residual = DVector::from_iterator(readings.len(), readings.iter().map(|i| residual[*i]));
+        let more = DVector::from_iterator(readings.len(), readings.iter().map(|i| (times * noise[*i]).powi(2) - wide * wide));
+        predicted.log_density_with(&residual, DMatrix::from_diagonal(&more))
     }
 
     /// What the readings say of each other under a fit.
@@ -261,14 +313,25 @@ impl<'a> Gross<'a> {
             let off: Vec<f64> = readings.iter().zip(errors).map(|(i, error)| error + residual[*i]).collect();
             let size = (off.iter().map(|v| v * v).sum::<f64>() / off.len().max(1) as f64).sqrt();
             let (row, sensor) = self.places[readings[0]];
+            let part = Aside { row: None, sensor: None, variable: None, off: size, stuck_at: wrong.stuck_at };
             match wrong.part {
-                Part::Reading(_) => {
-                    Aside { row: Some(row), sensor: Some(sensor), off: off.first().copied().unwrap_or(0.0), stuck_at: None }
+                Part::Reading(_) => Aside { row: Some(row), sensor: Some(sensor), off: off.first().copied().unwrap_or(0.0), ..part },
+                Part::Row(_) => Aside { row: Some(row), ..part },
+                Part::Sensor(_) => Aside { sensor: Some(sensor), ..part },
+                Part::Condition { variable, .. } => {
+                    let column = self.column(wrong.part).unwrap_or_default();
+                    let own = DVector::from_iterator(readings.len(), readings.iter().map(|i| column[*i]));
+                    let asked = others.predict(&readings).map_or(0.0, |predicted| predicted.coefficient(&own));
+                    Aside { row: Some(row), variable: Some(variable), off: -asked * self.conditions[&variable].1, ..part }
                 }
-                Part::Row(_) => Aside { row: Some(row), sensor: None, off: size, stuck_at: None },
-                Part::Sensor(_) => Aside { row: None, sensor: Some(sensor), off: size, stuck_at: wrong.stuck_at },
             }
         };
         fit.aside.iter().map(of).collect()
     }
+}
+
+/// Logarithm of the density of some readings given all others, where their covariance has a column (K) of all readings so many times more.
+fn with_column(predicted: &Predicted, readings: &[usize], column: &[f64], times: f64) -> Option<f64> {
+    let own = DVector::from_iterator(readings.len(), readings.iter().map(|i| column[*i]));
+    predicted.log_density_with(&DVector::zeros(own.len()), times * &own * own.transpose())
 }

@@ -291,6 +291,7 @@ impl<'a> Log<'a> {
             levels,
             noise,
             conditions,
+            wrong_conditions: Vec::new(),
             biases: data.sensors.len(),
             aside: Vec::new(),
             log: Some(LogNoise { parts: found.errors.clone(), memory: self.settings.wandering_memory, known: Arc::default() }),

@@ -50,12 +50,16 @@ impl Others {
 }
 
 impl Predicted {
-    /// Logarithm of the density of the readings with other errors and with other variances of their noise: each `more` K and K² than they
-    /// have here.
-    pub fn log_density_with(&self, more: &[(f64, f64)]) -> Option<f64> {
-        let mut covariance = self.precision.inverse();
-        more.iter().enumerate().for_each(|(a, (_, variance))| covariance[(a, a)] += variance);
-        let error = DVector::from_fn(self.error.len(), |a, _| self.error[a] + more[a].0);
+    /// The most probable coefficient of a column (K) that is among what the readings may be off by, with unit variance.
+    pub fn coefficient(&self, column: &DVector<f64>) -> f64 {
+        let factor = self.precision.l();
+        factor.tr_mul(&self.error).dot(&factor.tr_mul(column))
+    }
+
+    /// Logarithm of the density of the readings with other errors and another covariance: so many K and K² more than they have here.
+    pub fn log_density_with(&self, more: &DVector<f64>, covariance: DMatrix<f64>) -> Option<f64> {
+        let covariance = covariance + self.precision.inverse();
+        let error = &self.error + more;
         let factor = Cholesky::new(covariance)?;
         let log = factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
         Some(-0.5 * error.dot(&factor.solve(&error)) - log)

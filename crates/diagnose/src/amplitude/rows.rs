@@ -45,6 +45,9 @@ pub struct Errors {
     /// Change of every reading with what is stated of the error of each condition, K: which counts anew in every row of a table, and in logs one
     /// for each test.
     pub conditions: Vec<Vec<f64>>,
+    /// Change of the readings of one row with what it states of a condition, K, by so much as a value that may be anywhere is off: of each
+    /// value that is grossly wrong.
+    pub wrong_conditions: Vec<Vec<f64>>,
     /// In logs, what the readings are whitened by in place of `noise`.
     pub log: Option<LogNoise>,
     /// Readings that are grossly wrong, rising: their noise is wide, and their residual says nothing.
@@ -82,6 +85,7 @@ impl Errors {
             heats: all(&self.heats),
             levels: all(&self.levels),
             conditions: all(&self.conditions),
+            wrong_conditions: all(&self.wrong_conditions),
             log: None,
             ..self
         }
@@ -236,6 +240,7 @@ impl Rows {
                 None => {}
             }
         }
+        local.extend(errors.wrong_conditions.iter().filter_map(|column| Some((own_row(column)??, 1.0, column))));
         let stated = shared.len();
         let numbers = errors.numbers.iter().enumerate().filter(|(_, column)| own_row(column).is_some());
         shared.extend(numbers.map(|(k, column)| (errors.stated.len() + k, column)));

@@ -242,9 +242,10 @@ impl<'a> Search<'a> {
                 // Between a few amplitudes it is known all the same.
                 return if place == 0 { fit } else { Fit { stands: false, log_evidence: f64::NEG_INFINITY, ..fit } };
             };
-            if let Some(own) = fit.errors.as_ref().filter(|own| !own.aside.is_empty()) {
+            if let Some(own) = fit.errors.as_ref().filter(|_| !fit.aside.is_empty()) {
                 // What it calls wrong stays so.
                 (errors.noise, errors.aside) = (own.noise.clone(), own.aside.clone());
+                errors.wrong_conditions.clone_from(&own.wrong_conditions);
             }
             let begun = Fit { errors: Some(Arc::new(errors)), reference: Some(Arc::new(reference)), stands: false, ..fit };
             let sought = if place == 0 { Sought::All } else { Sought::Near };
@@ -378,7 +379,8 @@ impl<'a> Search<'a> {
 
     /// Evidence that a fit loses where an amplitude wants to be beyond its range: half the square of how far, in standard deviations. One that
     /// is alike in all rows counts once, one that is new in every row in each, and of a curve the row that is furthest. An exchange that differs
-    /// from row to row is in each row there or not; one that is alike may have any size, for something else may be missing.
+    /// from row to row is in each row there or not; one that is alike may be off from one, for something else may be missing, and is none where
+    /// it is nearer to nothing.
     pub(super) fn beyond(&self, member: usize, freedom: Freedom, found: &[f64], variances: impl FnOnce() -> Vec<f64>) -> f64 {
         let candidate = &self.candidates[member];
         let (low, high) = candidate.range;
@@ -387,7 +389,10 @@ impl<'a> Search<'a> {
         let is_alike = freedom.freedom == 0.0 && freedom.curve.is_none();
         let beyond = |a: &f64| if candidate.is_fixed { a.abs().min((a - 1.0).abs()) } else { (low - a).max(a - high).max(0.0) };
         let excess: Vec<f64> = course.iter().map(beyond).collect();
-        if candidate.is_fixed && is_alike || excess.iter().all(|e| *e < STANDS) {
+        if candidate.is_fixed && is_alike {
+            return if course.iter().all(|a| *a < 0.5) { f64::INFINITY } else { 0.0 };
+        }
+        if excess.iter().all(|e| *e < STANDS) {
             return 0.0;
         }
         let squares = excess.iter().zip(variances()).map(|(e, variance)| e * e / variance.max(f64::MIN_POSITIVE));

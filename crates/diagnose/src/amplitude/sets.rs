@@ -1,12 +1,9 @@
 //! All sets of places and kinds: alone, then grown place by place, each with what it calls grossly wrong and without.
 
-use std::collections::HashSet;
-
 use rayon::prelude::*;
 
 use super::gross::Gross;
 use super::search::{Fit, GROWING, Search, ordered, sorted};
-use super::wrong::Part;
 use coldplate_base::progress::Progress;
 
 /// Places of one set at most.
@@ -60,15 +57,12 @@ pub fn fitted(search: &Search<'_>, gross: Option<&Gross<'_>>, most: usize, progr
     begun.extend(gross.map_or_else(Vec::new, |gross| gross.instead(&nothing)));
     let mut last = OfOneSize::new(search, gross, most, search.singles(&whole), sorted(begun));
     let mut all: Vec<Fit> = last.all().cloned().collect();
-    let mut grown = HashSet::new();
     for count in 2..=MOST_PLACES {
         let before = all.iter().map(Fit::log_posterior).fold(f64::NEG_INFINITY, f64::max);
         progress.say(&format!("sets of {count}"));
         let instead = |gross: &Gross<'_>| last.cleared.par_iter().take(GROWING).flat_map_iter(|fit| gross.instead(fit)).collect();
         let begun = [search.grown(&last.cleared), gross.map_or_else(Vec::new, instead)].concat();
-        grown.extend([&last.whole, &last.cleared].into_iter().flat_map(|fits| fits.iter().take(GROWING).map(names)));
         last = OfOneSize::new(search, gross, most, search.grown(&last.whole), sorted(begun));
-        // EXCH last = exchanged(search, gross, most, last, &mut grown);
         all.extend(last.all().cloned());
         // A set that was begun badly may be found from one with a place more.
         all.extend(without_nothings(search, &all, &[&last.whole[..], &last.cleared[..]]));
@@ -88,43 +82,6 @@ pub fn refined(search: &Search<'_>, most: usize, mut fits: Vec<Fit>) -> Vec<Fit>
     all
 }
 
-/// Members of a fit, and what it sets aside.
-type Names = (Vec<usize>, Vec<Part>);
-
-fn names(fit: &Fit) -> Names {
-    (ordered(&fit.members), fit.aside.iter().map(|wrong| wrong.part).collect())
-}
-
-/// Sets of one size, and those to which exchanges of one member of the most probable set lead, until none leads further. What was taken first
-/// may have stood for several causes, and is worth less beside the others than what was never beside them.
-fn exchanged(search: &Search<'_>, gross: Option<&Gross<'_>>, most: usize, mut sets: OfOneSize, grown: &mut HashSet<Names>) -> OfOneSize {
-    loop {
-        let mut begun = |fits: &[Fit]| {
-            let best = fits.first().into_iter();
-            let less: Vec<Fit> = best.flat_map(|fit| (0..fit.members.len()).map(|k| without(search, fit, k))).collect();
-            let new = less.into_iter().filter(|less| grown.insert(names(less))).collect::<Vec<Fit>>();
-            search.grown(&refined(search, new.len(), new))
-        };
-        let (whole, cleared) = (begun(&sets.whole), begun(&sets.cleared));
-        if whole.is_empty() && cleared.is_empty() {
-            return sets;
-        }
-        let more = OfOneSize::new(search, gross, most, whole, cleared);
-        sets.whole = distinct([sets.whole, more.whole].concat());
-        sets.cleared = distinct([sets.cleared, more.cleared].concat());
-    }
-}
-
-/// A set without one member, not fitted.
-fn without(search: &Search<'_>, fit: &Fit, k: usize) -> Fit {
-    let mut less = Fit { reference: None, stands: false, log_evidence: f64::NEG_INFINITY, ..fit.clone() };
-    less.members.remove(k);
-    less.freedoms.remove(k);
-    less.amplitudes.remove(k);
-    less.log_prior = search.log_prior(&less.members);
-    less
-}
-
 /// Sets without a member that may be nothing, fitted from where the most probable sets with it stand; those that are known to be more probable
 /// are left as they are.
 fn without_nothings(search: &Search<'_>, known: &[Fit], of_one_size: &[&[Fit]]) -> Vec<Fit> {
@@ -136,7 +93,11 @@ fn without_nothings(search: &Search<'_>, known: &[Fit], of_one_size: &[&[Fit]]) 
             if own.iter().zip(deviations).any(|(a, deviation)| a.abs() > MAY_BE_NOTHING * deviation) {
                 continue;
             }
-            let less = without(search, fit, k);
+            let mut less = Fit { reference: None, stands: false, log_evidence: f64::NEG_INFINITY, ..fit.clone() };
+            less.members.remove(k);
+            less.freedoms.remove(k);
+            less.amplitudes.remove(k);
+            less.log_prior = search.log_prior(&less.members);
             let is_same = |other: &&Fit| ordered(&other.members) == ordered(&less.members) && other.aside == less.aside;
             let is_known = known.iter().filter(is_same).any(|other| other.log_posterior() > fit.log_posterior());
             if !is_known && !begun.iter().any(|other| is_same(&other)) {
@@ -150,7 +111,7 @@ fn without_nothings(search: &Search<'_>, known: &[Fit], of_one_size: &[&[Fit]]) 
 /// The most probable fit of each set, most probable first.
 fn distinct(mut fits: Vec<Fit>) -> Vec<Fit> {
     fits.sort_by(|a, b| b.log_posterior().total_cmp(&a.log_posterior()));
-    let mut known = HashSet::new();
+    let mut known = std::collections::HashSet::new();
     fits.retain(|fit| known.insert(ordered(&fit.members)));
     fits
 }

@@ -1,7 +1,7 @@
 //! Parts of a table that are grossly wrong, with their price.
 
 /// A part of the table that can be wrong at once.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Part {
     /// One reading, by its place among all.
     Reading(usize),
@@ -9,6 +9,8 @@ pub enum Part {
     Row(usize),
     /// All readings of a column of the data.
     Sensor(usize),
+    /// What a row states of a variable; the readings are right.
+    Condition { row: usize, variable: usize },
 }
 
 /// A part that is set aside.
@@ -25,6 +27,11 @@ impl Wrong {
     /// A part that is wrong with this probability, whatever its readings are.
     pub fn with_rate(part: Part, rate: f64) -> Self {
         Self { part, log_odds: (rate / (1.0 - rate)).ln(), stuck_at: None }
+    }
+
+    /// Whether the readings are right.
+    pub fn is_condition(&self) -> bool {
+        matches!(self.part, Part::Condition { .. })
     }
 }
 
