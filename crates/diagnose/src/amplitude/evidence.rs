@@ -405,10 +405,14 @@ mod tests {
                 -0.5 * (error.dot(&weighed) + covariance.determinant().ln())
             };
             assert!((found.log_density - of(&error, &block)).abs() < 1e-9);
-            let more = [(0.3, 0.1), (-0.2, 0.4), (0.0, 0.2)];
-            let others = error + DVector::from_iterator(3, more.map(|(residual, _)| residual));
-            let wider = block + DMatrix::from_diagonal(&DVector::from_iterator(3, more.map(|(_, variance)| variance)));
-            assert!((found.log_density_with(&more).unwrap() - of(&others, &wider)).abs() < 1e-9);
+            let residual = DVector::from_row_slice(&[0.3, -0.2, 0.0]);
+            let more = DMatrix::from_diagonal(&DVector::from_row_slice(&[0.1, 0.4, 0.2]));
+            let expected = of(&(&error + &residual), &(&block + &more));
+            assert!((found.log_density_with(&residual, more).unwrap() - expected).abs() < 1e-9);
+            // With c cᵀ in the covariance, the coefficient of c is cᵀ of the inverse covariance times the error.
+            let column = DVector::from_row_slice(&[0.2, 0.1, -0.3]);
+            let expected = column.dot(&(block.try_inverse().unwrap() * &error));
+            assert!((found.coefficient(&column) - expected).abs() < 1e-9);
         }
     }
 }

@@ -322,6 +322,27 @@ fn ageing_by_the_hour() {
     assert!(rows.iter().zip(&own.amplitudes).all(|(row, a)| (a - less(row).ln()).abs() < 0.05), "{:?}", own.amplitudes);
 }
 
+/// All heats are some per cent more or less from test to test: no cause, and no reason to find another one beside that which is there.
+#[test]
+fn heats_of_another_level_in_every_test() {
+    let level = |row: &Row| 1.0 + 0.05 * [1.0, -0.4, -1.3, 0.6, 1.5, -0.9, 0.2, -1.1][row.number * 5 % 8];
+    let heats = |row: &Row| {
+        let powers = [("stator", 40.0, 0.06), ("rotor", 0.0, 0.02), ("front", 0.0, 0.025), ("rear", 0.0, 0.015), ("gear", 0.0, 0.02)];
+        let of = |(name, standing, per_rpm): (&str, f64, f64)| {
+            line(&format!("source.{name}.power"), format!("{} W", level(row) * (standing + per_rpm * row.rpm)))
+        };
+        let drive = line("source.drive.power", format!("{} W", 25.0 * level(row)));
+        powers.into_iter().flat_map(of).chain(drive).collect::<Vec<_>>()
+    };
+    let set = front("another level", &table(6, heats, AS_IT_IS).0);
+    assert!(set.members.is_empty() && set.looseness.level >= 0.03, "{:?}", set.looseness);
+    let half = |row: &Row| [heats(row), line("contact.jacket.total_conductance", "22.5 W/K".into())].concat();
+    let set = front("another level beside a cause", &table(7, half, AS_IT_IS).0);
+    let own = only(&set, "contact conductance", "jacket");
+    assert!(own.amplitudes.iter().all(|a| (a - 0.5f64.ln()).abs() < 0.1), "{:?}", own.amplitudes);
+    assert!(set.looseness.level >= 0.03, "{:?}", set.looseness);
+}
+
 /// A valve that sticks in one of two places, which nothing in the table tells.
 #[test]
 fn two_branches() {

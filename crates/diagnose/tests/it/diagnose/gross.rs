@@ -1,6 +1,7 @@
 //! Gross errors in a table, alone and beside a cause: both are found, and no reading is dropped that a cause explains.
 
 use super::amplitude::{AS_IT_IS, Row, friction, front, only, stribeck, table};
+use coldplate_describe::machine::Condition;
 use coldplate_diagnose::{Aside, PlaceSet, Problem};
 
 /// Columns of the head.
@@ -78,6 +79,33 @@ fn a_row_that_is_shifted() {
     has_friction(&set, &rows, Some(6));
     let own = aside(&set);
     assert_eq!((own.row, own.sensor), (Some(6), None));
+}
+
+/// One row states the room 4 K warmer than it was. Its readings are right, and say so.
+#[test]
+fn a_condition_that_was_typed_wrong() {
+    let typed = |mut problem: Problem| {
+        let v = problem.study.model.machine.variables.iter().position(|v| v.name == "ambient_temperature").unwrap();
+        let row = &mut problem.data.rows[4];
+        let mut si = row.condition.si().to_vec();
+        si[v] += 4.0;
+        row.condition = Condition::from_si(si);
+        (problem, v)
+    };
+    let is_so = |own: Aside, v: usize| {
+        assert_eq!((own.row, own.sensor, own.variable), (Some(4), None, Some(v)));
+        assert!((own.off - 4.0).abs() < 1.0, "{} K", own.off);
+    };
+    let (problem, v) = typed(clean(11));
+    let set = front("a condition", &problem);
+    assert!(set.members.is_empty());
+    is_so(aside(&set), v);
+    // Beside a cause.
+    let (problem, rows) = table(2, friction, AS_IT_IS);
+    let (problem, v) = typed(problem);
+    let set = front("a condition beside a cause", &problem);
+    has_friction(&set, &rows, None);
+    is_so(aside(&set), v);
 }
 
 /// A sensor that shows one value throughout, with noise and without: at 20 degC too, where this is a gain of nothing.
