@@ -400,7 +400,8 @@ impl Weighed<'_> {
         let settings = &self.beside.problem.settings;
         let nothing = self.nothing();
         let answer = |verdict, level| Answer { verdict, level, set: decide::set(explanations, settings), something_else: 0.0 };
-        let Some(best) = explanations.first().filter(|_| nothing <= 0.5) else {
+        // That something is wrong is said as any other thing is: where it is certain.
+        let Some(best) = explanations.first().filter(|_| nothing <= 1.0 - settings.certain) else {
             let left = self.empty().and_then(|empty| {
                 let rows = Rows::under(&empty.errors, empty.looseness)?;
                 let mut left = self.beside.base.found.residual.clone();

@@ -6,7 +6,7 @@ use super::{Cause, Explanation};
 /// What a diagnosis comes to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
-    /// The data do not contradict the machine as it is.
+    /// The data do not contradict the machine as it is for certain.
     Consistent,
     /// Causes explain what is wrong, with probability 0.9 or more.
     Explained,
