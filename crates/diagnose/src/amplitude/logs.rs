@@ -392,7 +392,8 @@ impl<'a> Log<'a> {
         let change = shown.iter().zip(&self.base.found.prediction.values).map(|(a, b)| a - b).collect();
         let others = self.slopes(&about, (&there[others.clone()], &units[others]), of_all, self.functions.screened);
         let of = |columns: Vec<Vec<Vec<f64>>>| columns.into_iter().map(Slope::OfFunctions).collect();
-        let reference = Reference { amplitudes: amplitudes.to_vec(), change, slopes: of(slopes), others: of(others) };
+        let reference =
+            Reference { amplitudes: amplitudes.to_vec(), change, slopes: of(slopes), others: of(others), exchanges: Vec::new() };
         Some((reference, known.cloned().unwrap_or_else(|| self.errors_about(&about))))
     }
 

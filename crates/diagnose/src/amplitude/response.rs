@@ -132,6 +132,14 @@ impl Answer {
 }
 
 impl Slope {
+    /// Another column in place of each.
+    pub fn map(self, of: impl Fn(&[f64]) -> Vec<f64>) -> Self {
+        match self {
+            Self::OfRow(slope) => Self::OfRow(of(&slope)),
+            Self::OfFunctions(columns) => Self::OfFunctions(columns.iter().map(|column| of(column)).collect()),
+        }
+    }
+
     /// Adds the slope times amplitudes, in logs coefficients, to readings, K.
     pub fn add_to(&self, readings: &mut [f64], amplitudes: &[f64], row_of: &[usize]) {
         match self {

@@ -111,6 +111,24 @@ pub struct Reference {
     pub slopes: Vec<Slope>,
     /// The same in every candidate, where they were asked for.
     pub others: Vec<Slope>,
+    /// Exchanges among the members, of a table.
+    pub exchanges: Vec<Exchange>,
+}
+
+/// Readings that show what belongs to another one, of a table.
+#[derive(Debug, Clone)]
+pub struct Exchange {
+    /// At each reading, the one that belongs there.
+    pub from: Vec<usize>,
+    /// By how much each is exchanged: nothing or one.
+    pub shares: Vec<f64>,
+}
+
+impl Exchange {
+    /// Values of all readings as they are shown.
+    pub fn shown(&self, values: &[f64]) -> Vec<f64> {
+        self.from.iter().zip(&self.shares).zip(values).map(|((from, share), own)| own + share * (values[*from] - own)).collect()
+    }
 }
 
 impl Fit {
@@ -308,7 +326,11 @@ impl<'a> Search<'a> {
                 }
                 (None, Some(slope)) => slope.clone(),
                 (None, None) => {
-                    let (change, slope) = self.candidates[*m].answer.at(own, &self.errors.row_of);
+                    let (mut change, mut slope) = self.candidates[*m].answer.at(own, &self.errors.row_of);
+                    for exchange in reference.iter().flat_map(|all| &all.exchanges) {
+                        change = exchange.shown(&change);
+                        slope = slope.map(|column| exchange.shown(column));
+                    }
                     slope.add_to(&mut residual, own, &self.errors.row_of);
                     residual.iter_mut().zip(change).for_each(|(r, c)| *r -= c);
                     slope

@@ -6,7 +6,7 @@ use super::force::{self, Acting, Forced};
 use super::logs::rows_that_count;
 use super::response::Slope;
 use super::rows::Errors;
-use super::search::Reference;
+use super::search::{Exchange, Reference};
 use super::sizing::Sizing;
 use crate::Problem;
 use crate::attached::Attached;
@@ -71,16 +71,17 @@ impl Table<'_> {
             Some(Slope::OfRow(more.iter().zip(&change).enumerate().map(of).collect()))
         };
         let slopes = (0..members.len()).map(slope).collect::<Option<Vec<_>>>()?;
+        let exchanges: Vec<Exchange> = members.iter().zip(amplitudes).filter_map(|(m, own)| self.exchange(*m, own)).collect();
         let errors = match known {
             Some(known) => known.clone(),
             None => {
                 let places = members.iter().zip(amplitudes).flat_map(|(m, own)| self.of_place(*m, own));
                 let stated = self.errors.stated.iter().cloned().chain(places).collect();
                 let own = Errors { numbers: self.numbers(&forced)?, stated, ..self.errors.clone() };
-                members.iter().zip(amplitudes).fold(own, |own, (m, course)| self.exchanged(own, *m, course))
+                exchanges.iter().fold(own, |own, exchange| own.map(|column| exchange.shown(column)))
             }
         };
-        Some((Reference { amplitudes: amplitudes.to_vec(), change, slopes, others: Vec::new() }, errors))
+        Some((Reference { amplitudes: amplitudes.to_vec(), change, slopes, others: Vec::new(), exchanges }, errors))
     }
 
     /// The range of the amplitude of a member, in units of its scale.
@@ -137,13 +138,10 @@ impl Table<'_> {
         attached.columns(h.effect, rises).into_iter().map(scaled).collect()
     }
 
-    /// Errors of readings where a member exchanges sensors: each is that of the reading that belongs there.
-    fn exchanged(&self, errors: Errors, member: usize, amplitudes: &[f64]) -> Errors {
-        let Some(from) = self.visible[member].0.relabelled(&whiten::places(&self.problem.data)) else { return errors };
-        errors.map(|column| {
-            let of = |(i, from): (usize, &usize)| column[i] + amplitudes[self.errors.row_of[i]] * (column[*from] - column[i]);
-            from.iter().enumerate().map(of).collect()
-        })
+    /// What a member exchanges, if it does.
+    fn exchange(&self, member: usize, amplitudes: &[f64]) -> Option<Exchange> {
+        let from = self.visible[member].0.relabelled(&whiten::places(&self.problem.data))?;
+        Some(Exchange { from, shares: self.errors.row_of.iter().map(|row| amplitudes[*row]).collect() })
     }
 
     fn attached(&self) -> Option<&(Attached<'_>, Vec<Vec<f64>>)> {

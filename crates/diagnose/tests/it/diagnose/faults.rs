@@ -126,7 +126,8 @@ fn a_reading_at_the_end_of_a_range_that_no_cause_makes() {
     }
 }
 
-/// Five rows, one of them read at the conditions of another: too few to tell by themselves, enough beside the catalogue.
+/// Five rows, one of them read at the conditions of another: it is found, and no cause is blamed for it. Whether heats of another level in every
+/// test are to blame for a part of it, so few rows do not tell.
 #[test]
 fn a_wrong_row_of_five() {
     let mut problem = steady(&[], 5, 9);
@@ -134,7 +135,7 @@ fn a_wrong_row_of_five() {
     problem.data.rows[row].condition = problem.data.rows[(row + 1) % 5].condition.clone();
     let found = diagnose(&problem, &Silent).unwrap();
     assert_eq!(aside(&problem, &found), [(Some(row), None)]);
-    assert_eq!(found.verdict, Verdict::Consistent);
+    assert!(!found.verdict.names_causes(), "{:?}", found.verdict);
 }
 
 /// A sensor without a cable: 85 degC in every row, in a table and in a log.
