@@ -79,7 +79,7 @@ fn a_sensor_that_does_not_exist_is_proposed_and_settles() {
         bare = bare.replace(sensor, "");
     }
     let machine = Document::parse(&bare, "small.toml").unwrap();
-    let lines = [("channel.second.film_factor", "0.75")];
+    let lines = [("channel.second.film_factor", "0.7")];
     let held = [("motor_speed", SPEED), ("coolant_flow", 0.3 / 60_000.0), ("coolant_temperature", 293.15)];
     let conditions = Hidden::conditions(&machine, 6, 3, &held);
     let mut hidden = Hidden { machine: &machine, cells: (300, 10_000), lines: &lines, conditions, seed: 4 };
