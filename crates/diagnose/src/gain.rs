@@ -52,14 +52,11 @@ pub(crate) struct Folds {
     conditions: Vec<String>,
     /// Of every reading.
     condition_of: Vec<usize>,
-    /// Of every row.
-    fold_of: Vec<usize>,
     count: usize,
 }
 
 impl Folds {
-    /// Of rows, given by their readings; `None` of fewer than three. A log of three tests or more is cut between tests: what one of them is off by
-    /// as a whole is alike in all its stretches.
+    /// Of rows, given by their readings; `None` of fewer than three.
     pub fn of(data: &Data, rows: &[Range<usize>]) -> Option<Self> {
         if rows.len() < 3 {
             return None;
@@ -74,24 +71,20 @@ impl Folds {
         };
         let mut condition_of = vec![0; places.len()];
         rows.iter().enumerate().for_each(|(k, range)| condition_of[range.clone()].fill(k));
-        let whole = data.tests();
-        let is_cut_between = data.is_transient() && whole.len() >= 3;
-        let fold = |k: usize| if is_cut_between { whole.iter().position(|test| *test == tests[k]).unwrap_or(k) } else { k };
-        let count = FOLDS.min(if is_cut_between { whole.len() } else { rows.len() });
-        let fold_of = (0..rows.len()).map(|k| fold(k) % count).collect();
-        Some(Self { conditions: (0..rows.len()).map(name).collect(), condition_of, fold_of, count })
+        Some(Self { conditions: (0..rows.len()).map(name).collect(), condition_of, count: FOLDS.min(rows.len()) })
     }
 
     /// Of each fold, whether a row takes part.
-    pub fn kept(&self) -> impl Iterator<Item = impl Fn(usize) -> bool + '_> {
-        (0..self.count).map(move |fold| move |row: usize| self.fold_of[row] != fold)
+    pub fn kept(&self) -> impl Iterator<Item = impl Fn(usize) -> bool> {
+        let count = self.count;
+        (0..count).map(move |fold| move |row: usize| row % count != fold)
     }
 
     /// The gain, where the rows that take part in each fold change all predictions by so many K; nothing where none is given. Readings
     /// that are set aside do not count.
     pub fn gain(&self, problem: &Problem, base: &Comparison, changes: &[Option<Vec<f64>>], aside: &[usize]) -> Gain {
         let residual = &base.found.residual;
-        let change = |(i, row): (usize, &usize)| changes.get(self.fold_of[*row]).and_then(Option::as_ref).map_or(0.0, |kelvin| kelvin[i]);
+        let change = |(i, row): (usize, &usize)| changes.get(row % self.count).and_then(Option::as_ref).map_or(0.0, |kelvin| kelvin[i]);
         let readings: Vec<HeldOutReading> =
             (self.condition_of.iter().enumerate()).map(|(i, row)| HeldOutReading { condition: *row, change: change((i, row)) }).collect();
         // Squares by condition: before, after, count.

@@ -103,8 +103,10 @@ impl<'a> Gross<'a> {
         let sensors = self.places.iter().map(|(_, k)| k + 1).max().unwrap_or(0);
         let whole = (0..rows).map(|r| Wrong::with_rate(Part::Row(r), s.wrong_row));
         let whole = whole.chain((0..sensors).map(|k| self.or_stuck(Wrong::with_rate(Part::Sensor(k), s.wrong_sensor))));
+        // A row with no more readings than conditions does not tell which of these is wrong.
+        let tells = |row: &usize| self.readings(Part::Row(*row)).len() > self.conditions.len();
         let of_row = |row: usize| self.conditions.keys().map(move |variable| Part::Condition { row, variable: *variable });
-        let conditions = (0..rows).flat_map(of_row).map(|part| Wrong::with_rate(part, s.wrong_reading));
+        let conditions = (0..rows).filter(tells).flat_map(of_row).map(|part| Wrong::with_rate(part, s.wrong_reading));
         all.extend(whole.chain(conditions).filter(|wrong| self.readings(wrong.part).len() > 1));
         all
     }
@@ -224,18 +226,18 @@ impl<'a> Gross<'a> {
                 best = (gain, Some(aside));
             }
         };
+        // A row that states a wrong condition counts as one that is wrong.
+        let doubtful: usize = fit.aside.iter().filter(|other| other.is_condition()).map(|other| self.readings(other.part).len()).sum();
         for wrong in self.parts() {
             let all = self.readings(wrong.part);
             let own: Vec<usize> = all.iter().filter(|i| now.binary_search(i).is_err()).copied().collect();
             let largest = fit.aside.iter().map(|other| self.readings(other.part).len()).fold(all.len(), usize::max);
-            if own.is_empty() || now.len() + own.len() > self.most(largest) {
+            if own.is_empty() || now.len() + doubtful + own.len() > self.most(largest) {
                 continue;
             }
             let Some(predicted) = others.predict(&own) else { continue };
             if let Some(column) = self.column(wrong.part) {
-                let wrong_before = fit.aside.iter().filter(|other| other.is_condition()).count();
-                if ((wrong_before + 1) as f64) <= self.settings().most_wrong * others.ranges.len() as f64
-                    && fit.aside.iter().all(|other| other.part != wrong.part)
+                if fit.aside.iter().all(|other| other.part != wrong.part)
                     && let Some(density) = with_column(&predicted, &own, &column, 1.0)
                 {
                     offer(density - predicted.log_density + wrong.log_odds, fit.aside.iter().copied().chain([wrong]).collect());

@@ -53,8 +53,8 @@ pub struct AmplitudeSettings {
     pub wrong_sensor: f64,
     /// Range in which a grossly wrong reading lies anywhere, K (um of displacements): what thermometers about machines show.
     pub wrong_range: f64,
-    /// Share of the readings that may be wrong at most, beside the largest part that is: a row or a sensor; and of the rows that may state a
-    /// wrong condition. Chosen: with more, a table cannot
+    /// Share of the readings that may be wrong at most, beside the largest part that is: a row or a sensor; among these
+    /// all of rows that state a wrong condition. Chosen: with more, a table cannot
     /// say which.
     pub most_wrong: f64,
     /// Looseness beyond which a model without causes is wrong in some way that nothing names: numbers of a careful machine file are known to
