@@ -87,10 +87,7 @@ pub struct Answer {
 pub fn case(seed: u64, is_shown: bool) -> Record {
     let clock = Instant::now();
     let done = catch_unwind(AssertUnwindSafe(|| {
-        let mut drawn = draw(seed);
-        if let Ok(own) = std::env::var("WITHOUT") {
-            drawn.case.problem.without = own.split(",").map(String::from).collect();
-        }
+        let drawn = draw(seed);
         if is_shown {
             println!("drawn in {:.1} s", clock.elapsed().as_secs_f64());
         }
@@ -215,7 +212,7 @@ fn show(seed: u64, drawn: &Drawn, found: &Diagnosis) {
         let name = |member: &PlaceAndKind| {
             let way = if member.is_free { " free" } else { "" };
             let over = member.over.as_ref().map_or(String::new(), |over| format!(" over {over}"));
-            format!("{}{way}{over} {:.3?}", member.hypothesis.kind_and_place(), member.amplitudes.iter().take(14).collect::<Vec<_>>())
+            format!("{}{way}{over} {:.3?}", member.hypothesis.kind_and_place(), member.amplitudes)
         };
         let names: Vec<String> = set.members.iter().map(name).collect();
         let [lead, kept_out] = [set.lead, set.kept_out.0];

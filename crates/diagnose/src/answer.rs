@@ -400,7 +400,7 @@ impl Weighed<'_> {
         let settings = &self.beside.problem.settings;
         let nothing = self.nothing();
         let answer = |verdict, level| Answer { verdict, level, set: decide::set(explanations, settings), something_else: 0.0 };
-        // That something is wrong is said as any other thing is: where it is certain.
+        // An alarm is given as a cause is named: where it is certain.
         let Some(best) = explanations.first().filter(|_| nothing <= 1.0 - settings.certain) else {
             let left = self.empty().and_then(|empty| {
                 let rows = Rows::under(&empty.errors, empty.looseness)?;

@@ -60,12 +60,11 @@ impl Search<'_> {
         let s = self.settings;
         let any_or_near = |all: &[f64], value: f64| if sought == Sought::All { all.to_vec() } else { near_by(all, value) };
         let mut all: Vec<Looseness> = any_or_near(&s.spreads, at.spread).into_iter().map(|spread| Looseness { spread, ..at }).collect();
+        // A level or a condition that is off by more than is usual throughout a test of a log is a cause, which has a name.
+        let may_be = |own: f64, usual: f64| !self.is_log() || own <= usual;
         if !self.errors.levels.is_empty() {
-            // What is off by more throughout a test of a log, as a condition below, is a cause, which has a name.
-            let may_be = |own: &f64| !self.is_log() || *own <= s.usual.level;
             let levels = if self.is_log() { any_or_near(&s.disturbances, at.level) } else { near_by(&s.disturbances, at.level) };
-            let levels = levels.into_iter().filter(may_be);
-            all.extend(levels.map(|level| Looseness { level, ..at }));
+            all.extend(levels.into_iter().filter(|own| may_be(*own, s.usual.level)).map(|level| Looseness { level, ..at }));
         }
         if self.is_log() {
             let heats = any_or_near(&s.wandering_heats, at.disturbance);
@@ -75,11 +74,8 @@ impl Search<'_> {
             all.extend(near_by(&s.disturbances, at.disturbance).into_iter().map(|disturbance| Looseness { disturbance, ..at }));
         }
         if !self.errors.conditions.is_empty() {
-            // A condition that is off by more throughout a test of a log is a cause, which has a name.
-            let may_be = |own: &f64| !self.is_log() || *own <= s.usual.conditions;
-            all.extend(
-                near_by(&s.condition_errors, at.conditions).into_iter().filter(may_be).map(|conditions| Looseness { conditions, ..at }),
-            );
+            let errors = near_by(&s.condition_errors, at.conditions);
+            all.extend(errors.into_iter().filter(|own| may_be(*own, s.usual.conditions)).map(|conditions| Looseness { conditions, ..at }));
         }
         all.extend(near_by(&s.noises, at.noise).into_iter().map(|noise| Looseness { noise, ..at }));
         all

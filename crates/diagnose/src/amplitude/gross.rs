@@ -53,7 +53,7 @@ pub struct Gross<'a> {
 }
 
 impl<'a> Gross<'a> {
-    /// Of a search in a problem's data; `slopes` are those of every reading along the conditions, K per SI unit.
+    /// A table beside its search; `slopes` are those of every reading along the conditions, K per SI unit.
     pub fn new(search: &'a Search<'a>, problem: &Problem, slopes: &[Vec<f64>]) -> Self {
         let data = &problem.data;
         let condition = |(v, variable): (usize, &DescribedVariable)| {

@@ -44,7 +44,8 @@ pub struct AmplitudeSettings {
     pub choice_price: f64,
     /// Causes that a machine with a misfit has, expected number: the prior of a set of k is that of a Poisson count.
     pub expected_causes: f64,
-    /// Probability that a reading is grossly wrong, and that what a row states of a condition is. Chosen between those of typed numbers, of which one in two hundred is wrong, and of
+    /// Probability that a reading is grossly wrong, or the value that a row states of a condition. Chosen between those of typed
+    /// numbers, of which one in two hundred is wrong, and of
     /// numbers that a logger writes.
     pub wrong_reading: f64,
     /// Probability that a row is wrong as a whole: taken in another state than is stated, or shifted. Chosen: three in a thousand.
@@ -53,9 +54,8 @@ pub struct AmplitudeSettings {
     pub wrong_sensor: f64,
     /// Range in which a grossly wrong reading lies anywhere, K (um of displacements): what thermometers about machines show.
     pub wrong_range: f64,
-    /// Share of the readings that may be wrong at most, beside the largest part that is: a row or a sensor; among these
-    /// all of rows that state a wrong condition. Chosen: with more, a table cannot
-    /// say which.
+    /// Share of the readings that may be wrong at most, beside the largest part that is: a row or a sensor. All readings of a row that
+    /// states a wrong condition count. Chosen: with more, a table cannot say which.
     pub most_wrong: f64,
     /// Looseness beyond which a model without causes is wrong in some way that nothing names: numbers of a careful machine file are known to
     /// 2 %, the heats of a test bench repeat within 3 %, its conditions within three times what is stated, and instruments are no worse than twice

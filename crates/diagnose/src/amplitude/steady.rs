@@ -138,7 +138,7 @@ impl Table<'_> {
         attached.columns(h.effect, rises).into_iter().map(scaled).collect()
     }
 
-    /// What a member exchanges, if it does.
+    /// Readings that a member exchanges; `None` of a cause that is no exchange.
     fn exchange(&self, member: usize, amplitudes: &[f64]) -> Option<Exchange> {
         let from = self.visible[member].0.relabelled(&whiten::places(&self.problem.data))?;
         Some(Exchange { from, shares: self.errors.row_of.iter().map(|row| amplitudes[*row]).collect() })

@@ -9,7 +9,7 @@ pub enum Part {
     Row(usize),
     /// All readings of a column of the data.
     Sensor(usize),
-    /// What a row states of a variable; the readings are right.
+    /// The value that a row states of a variable; the readings are right.
     Condition { row: usize, variable: usize },
 }
 
@@ -29,7 +29,7 @@ impl Wrong {
         Self { part, log_odds: (rate / (1.0 - rate)).ln(), stuck_at: None }
     }
 
-    /// Whether the readings are right.
+    /// Whether a stated condition is wrong, and the readings are right.
     pub fn is_condition(&self) -> bool {
         matches!(self.part, Part::Condition { .. })
     }
