@@ -17,7 +17,7 @@ use coldplate_tables::Table;
 
 /// Figures of chart definitions, of a surrogate, of a folder
 ///
-/// Figures are written as SVG and PNG; a folder has a surrogate and its tables.
+/// Figures are written as SVG and PNG, a model as GLB; a folder has a surrogate and its tables.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Chart definitions (charts/NAME.toml), or one surrogate file, or one folder with a surrogate and its tables

@@ -1,11 +1,12 @@
 //! The answer: a verdict from the posterior, the machine with the best explanation in it, the gain, and the next measurement.
 
+use std::ops::Range;
 use std::time::Instant;
 
-use super::amplitude::{Beside, Looseness, PlaceSet, Rows};
+use super::amplitude::{Beside, KeptOut, Looseness, PlaceSet, Rows};
 use super::attached::Attached;
 use super::effects::Hypothesis;
-use super::gain::Folds;
+use super::gain::gain;
 use super::in_force::InForce;
 use super::{Cause, Diagnosis, Explanation, Gain, Misfit, Others, Problem, Residuals, Tried, Verdict, decide, missing, next, overstated};
 use coldplate_base::error::Result;
@@ -133,7 +134,8 @@ fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnosis> {
         }
     }
     let all = explanations.first().map_or(&[][..], |best| &best.causes);
-    let rung = in_force.map(|found| weighed.rung(found, all)).transpose()?;
+    let kept_out = explanations.first().and_then(|best| best.kept_out.clone());
+    let rung = in_force.map(|found| weighed.rung(found, all, kept_out.as_deref())).transpose()?;
     // The rest of an explanation may show nothing by itself where one of its causes cannot be solved.
     let shows = |rung: &Rung| rung.share > 0.0 && !rung.gain.as_ref().is_some_and(Gain::is_none);
     let rung = rung.filter(|rung| rung.causes.len() == all.len() || shows(rung));
@@ -147,7 +149,10 @@ fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnosis> {
         });
     let misses = answer.verdict.names_causes() && rung.as_ref().is_some_and(|rung| rung.share <= 0.0);
     let is_vetoed = answer.verdict.names_causes() && gain(&rung).as_ref().is_some_and(Gain::is_none);
-    if is_vetoed || misses {
+    // A law holds in rows that took no part; a number of its own in every row, or a curve over few, says nothing of them and may act all the same.
+    let scales = &places.scales;
+    let has_laws = all.iter().all(|cause| scales.found(cause.hypothesis.law).is_none_or(|law| !law.is_unknown()));
+    if is_vetoed && has_laws || misses {
         answer.verdict = Verdict::CannotTell;
         answer.level = decide::Level::nothing(answer.level.probability);
     }
@@ -245,6 +250,7 @@ impl<'b> Weighed<'b> {
                 misfit: f64::NAN,
                 level: set.looseness,
                 is_writable: way.is_writable,
+                kept_out: way.kept_out.clone(),
                 of,
             }));
         }
@@ -279,10 +285,12 @@ impl<'b> Weighed<'b> {
 
 impl Weighed<'_> {
     /// The machine with causes in force, of all that an explanation has.
-    fn rung(&self, found: InForce<'_>, all: &[Cause]) -> Result<Rung> {
+    fn rung(&self, found: InForce<'_>, all: &[Cause], kept_out: Option<&KeptOut>) -> Result<Rung> {
         let problem = self.beside.problem;
-        let gain = found.gain();
         let aside = found.aside();
+        // What is in force of some causes alone was never fitted to other rows alone.
+        let kept_out = kept_out.filter(|_| found.causes.len() == all.len());
+        let gain = kept_out.and_then(|kept_out| self.gain(kept_out, found.ranges(), aside));
         let drawn = if gain.as_ref().is_some_and(|(_, with_numbers)| *with_numbers) { found.drawn() } else { Vec::new() };
         let plain = found.predicted(&[])?;
         // They were drawn by slopes.
@@ -365,7 +373,7 @@ impl Weighed<'_> {
     fn calibrated(&self) -> Result<Option<Rung>> {
         let Some(empty) = self.empty() else { return Ok(None) };
         let Some(found) = InForce::fitted(self.beside, &[], &empty.errors, empty.looseness)? else { return Ok(None) };
-        let rung = Some(self.rung(found, &[])?);
+        let rung = Some(self.rung(found, &[], empty.ways.first().and_then(|way| way.kept_out.as_deref()))?);
         let is_worth = |gain: &Gain| gain.low > 0.0 && gain.before.powi(2) > 2.0 * gain.noise_floor.powi(2);
         Ok(rung.filter(|rung| !rung.refitted.is_empty() && rung.gain.as_ref().is_some_and(is_worth)))
     }
@@ -374,7 +382,18 @@ impl Weighed<'_> {
     fn without_gain(&self) -> Option<Gain> {
         let empty = self.empty()?;
         let rows = Rows::under(&empty.errors, empty.looseness)?;
-        Some(Folds::of(&self.beside.problem.data, &rows.ranges)?.gain(self.beside.problem, &self.beside.base, &[], &empty.errors.aside))
+        let Beside { problem, base, .. } = self.beside;
+        gain(problem, base, &rows.ranges, &vec![0.0; base.found.residual.len()], &empty.errors.aside)
+    }
+
+    /// The gain with numbers of the file as the readings draw them or as the file has them, whichever predicts better, and whether it is with
+    /// them.
+    fn gain(&self, kept_out: &KeptOut, rows: &[Range<usize>], aside: &[usize]) -> Option<(Gain, bool)> {
+        let Beside { problem, base, .. } = self.beside;
+        let of = |change: &Vec<f64>| gain(problem, base, rows, change, aside);
+        let plain = of(&kept_out.by_causes)?;
+        let drawn = kept_out.with_numbers.as_ref().and_then(of).filter(|drawn| drawn.after < plain.after);
+        Some(drawn.map_or((plain, false), |drawn| (drawn, true)))
     }
 
     /// Difference of predictions on the reduced model from those of full solves, K.

@@ -7,8 +7,6 @@ use super::view::Comparison;
 use coldplate_base::random::Random;
 use coldplate_evidence::measurement::{Data, whiten};
 
-/// Most parts the conditions are cut into.
-const FOLDS: usize = 5;
 /// Resampled sets of conditions for the interval.
 const RESAMPLED: usize = 2000;
 
@@ -47,73 +45,57 @@ pub struct HeldOutReading {
     pub change: f64,
 }
 
-/// The rows of data cut into folds.
-pub(crate) struct Folds {
-    conditions: Vec<String>,
-    /// Of every reading.
-    condition_of: Vec<usize>,
-    count: usize,
+/// Names of the rows of a table or of stretches of a log, given by their readings; and which of them each reading belongs to.
+fn conditions(data: &Data, rows: &[Range<usize>]) -> (Vec<String>, Vec<usize>) {
+    let places = whiten::places(data);
+    let test = |range: &Range<usize>| data.rows[places[range.start].0].test.clone();
+    let tests: Vec<String> = rows.iter().map(test).collect();
+    let name = |k: usize| {
+        let is_one = !data.is_transient() || tests.iter().filter(|other| **other == tests[k]).count() == 1;
+        let part = tests[..=k].iter().filter(|other| **other == tests[k]).count();
+        if is_one { tests[k].clone() } else { format!("{}, part {part}", tests[k]) }
+    };
+    let mut condition_of = vec![0; places.len()];
+    rows.iter().enumerate().for_each(|(k, range)| condition_of[range.clone()].fill(k));
+    ((0..rows.len()).map(name).collect(), condition_of)
 }
 
-impl Folds {
-    /// Of rows, given by their readings; `None` of fewer than three.
-    pub fn of(data: &Data, rows: &[Range<usize>]) -> Option<Self> {
-        if rows.len() < 3 {
-            return None;
-        }
-        let places = whiten::places(data);
-        let test = |range: &Range<usize>| data.rows[places[range.start].0].test.clone();
-        let tests: Vec<String> = rows.iter().map(test).collect();
-        let name = |k: usize| {
-            let is_one = !data.is_transient() || tests.iter().filter(|other| **other == tests[k]).count() == 1;
-            let part = tests[..=k].iter().filter(|other| **other == tests[k]).count();
-            if is_one { tests[k].clone() } else { format!("{}, part {part}", tests[k]) }
-        };
-        let mut condition_of = vec![0; places.len()];
-        rows.iter().enumerate().for_each(|(k, range)| condition_of[range.clone()].fill(k));
-        Some(Self { conditions: (0..rows.len()).map(name).collect(), condition_of, count: FOLDS.min(rows.len()) })
+/// The gain where all other rows change the predictions of each row by so many K; `None` of fewer than three rows. Readings that are set aside do
+/// not count.
+pub(crate) fn gain(problem: &Problem, base: &Comparison, rows: &[Range<usize>], change: &[f64], aside: &[usize]) -> Option<Gain> {
+    if rows.len() < 3 {
+        return None;
     }
-
-    /// Of each fold, whether a row takes part.
-    pub fn kept(&self) -> impl Iterator<Item = impl Fn(usize) -> bool> {
-        let count = self.count;
-        (0..count).map(move |fold| move |row: usize| row % count != fold)
+    let residual = &base.found.residual;
+    let (conditions, condition_of) = conditions(&problem.data, rows);
+    let readings: Vec<HeldOutReading> =
+        condition_of.iter().zip(change).map(|(condition, change)| HeldOutReading { condition: *condition, change: *change }).collect();
+    // Squares by condition: before, after, count.
+    let mut sums = vec![(0.0, 0.0, 0.0); conditions.len()];
+    for (_, (reading, residual)) in readings.iter().zip(residual).enumerate().filter(|(i, _)| !aside.contains(i)) {
+        let sum = &mut sums[reading.condition];
+        sum.0 += residual.powi(2);
+        sum.1 += (residual - reading.change).powi(2);
+        sum.2 += 1.0;
     }
-
-    /// The gain, where the rows that take part in each fold change all predictions by so many K; nothing where none is given. Readings
-    /// that are set aside do not count.
-    pub fn gain(&self, problem: &Problem, base: &Comparison, changes: &[Option<Vec<f64>>], aside: &[usize]) -> Gain {
-        let residual = &base.found.residual;
-        let change = |(i, row): (usize, &usize)| changes.get(row % self.count).and_then(Option::as_ref).map_or(0.0, |kelvin| kelvin[i]);
-        let readings: Vec<HeldOutReading> =
-            (self.condition_of.iter().enumerate()).map(|(i, row)| HeldOutReading { condition: *row, change: change((i, row)) }).collect();
-        // Squares by condition: before, after, count.
-        let mut sums = vec![(0.0, 0.0, 0.0); self.conditions.len()];
-        for (_, (reading, residual)) in readings.iter().zip(residual).enumerate().filter(|(i, _)| !aside.contains(i)) {
-            let sum = &mut sums[reading.condition];
-            sum.0 += residual.powi(2);
-            sum.1 += (residual - reading.change).powi(2);
-            sum.2 += 1.0;
-        }
-        let rms = |chosen: &[usize]| {
-            let total = chosen.iter().fold((0.0, 0.0, 0.0), |t, c| (t.0 + sums[*c].0, t.1 + sums[*c].1, t.2 + sums[*c].2));
-            ((total.0 / f64::max(total.2, 1.0)).sqrt(), (total.1 / f64::max(total.2, 1.0)).sqrt())
-        };
-        let all: Vec<usize> = (0..self.conditions.len()).collect();
-        let (before, after) = rms(&all);
-        let mut random = Random::new(problem.seed);
-        let mut gains: Vec<f64> = (0..RESAMPLED)
-            .map(|_| {
-                let chosen: Vec<usize> = all.iter().map(|_| (random.unit() * all.len() as f64) as usize).collect();
-                let (before, after) = rms(&chosen);
-                before - after
-            })
-            .collect();
-        gains.sort_by(f64::total_cmp);
-        let at = |share: f64| gains[((gains.len() - 1) as f64 * share).round() as usize];
-        let (low, high) = (at(0.05), at(0.95));
-        Gain { before, after, low, high, noise_floor: stated(problem, base), conditions: self.conditions.clone(), readings }
-    }
+    let rms = |chosen: &[usize]| {
+        let total = chosen.iter().fold((0.0, 0.0, 0.0), |t, c| (t.0 + sums[*c].0, t.1 + sums[*c].1, t.2 + sums[*c].2));
+        ((total.0 / f64::max(total.2, 1.0)).sqrt(), (total.1 / f64::max(total.2, 1.0)).sqrt())
+    };
+    let all: Vec<usize> = (0..conditions.len()).collect();
+    let (before, after) = rms(&all);
+    let mut random = Random::new(problem.seed);
+    let mut gains: Vec<f64> = (0..RESAMPLED)
+        .map(|_| {
+            let chosen: Vec<usize> = all.iter().map(|_| (random.unit() * all.len() as f64) as usize).collect();
+            let (before, after) = rms(&chosen);
+            before - after
+        })
+        .collect();
+    gains.sort_by(f64::total_cmp);
+    let at = |share: f64| gains[((gains.len() - 1) as f64 * share).round() as usize];
+    let (low, high) = (at(0.05), at(0.95));
+    Some(Gain { before, after, low, high, noise_floor: stated(problem, base), conditions, readings })
 }
 
 /// Uncertainty of readings and conditions as stated: root mean square, K.

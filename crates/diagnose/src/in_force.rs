@@ -1,5 +1,4 @@
-//! Causes in force beside the readings: their amplitudes through the solver, the numbers of the file that the readings draw with them, and how
-//! well rows are predicted that took no part.
+//! Causes in force beside the readings: their amplitudes through the solver, and the numbers of the file that the readings draw with them.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -7,9 +6,8 @@ use std::sync::Arc;
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::amplitude::{Beside, Errors, Looseness, Rows};
-use super::effects::{Common, CommonFactor, Effect, Hypothesis, Number};
-use super::gain::{Folds, Gain};
-use super::stated::Stated;
+use super::effects::Hypothesis;
+use super::open_numbers::{OpenNumber, open_numbers};
 use super::{Cause, Explanation};
 use coldplate_base::error::Result;
 use coldplate_evidence::measurement::whiten;
@@ -41,17 +39,7 @@ pub struct InForce<'b> {
     deviations: DVector<f64>,
 }
 
-/// A number of the file that may be a little off.
-struct OpenNumber {
-    /// Which, with its standard deviation as its scale.
-    hypothesis: Hypothesis,
-    /// Places among the columns that rows share: one, or one for each test where each may be off by another amount.
-    places: Vec<usize>,
-    /// Change of the readings with one standard deviation in all of them, K.
-    column: Vec<f64>,
-}
-
-/// What some of the rows say.
+/// What the readings say.
 struct Said {
     /// Amplitudes of the causes, then coefficients of the shared columns in standard deviations.
     found: DVector<f64>,
@@ -83,7 +71,7 @@ impl<'b> InForce<'b> {
             Self { beside, rows, aside: &errors.aside, looseness, values: Vec::new(), slopes: Vec::new(), numbers, deviations, causes };
         found.linearise()?;
         for _ in 0..MOST_STEPS {
-            let Some(said) = found.said(|_| true) else { return Ok(None) };
+            let Some(said) = found.said() else { return Ok(None) };
             let before = found.causes.clone();
             let moved = found.step(&said);
             if found.linearise().is_err() {
@@ -134,29 +122,26 @@ impl<'b> InForce<'b> {
         Ok(())
     }
 
-    /// What the readings of some rows say of the amplitudes and of all that rows share.
-    fn said(&self, is_kept: impl Fn(usize) -> bool) -> Option<Said> {
-        self.said_about(&self.values, is_kept)
+    /// What the readings say of the amplitudes and of all that rows share.
+    fn said(&self) -> Option<Said> {
+        self.said_about(&self.values)
     }
 
-    /// Amplitudes and shared errors that the readings of some rows ask for where the machine predicts these values (K); its slopes still hold
-    /// there.
-    fn said_about(&self, values: &[f64], is_kept: impl Fn(usize) -> bool) -> Option<Said> {
-        let kept: Vec<usize> =
-            self.rows.ranges.iter().enumerate().filter(|(row, _)| is_kept(*row)).flat_map(|(_, range)| range.clone()).collect();
+    /// Amplitudes and shared errors that the readings ask for where the machine predicts these values (K); its slopes still hold there.
+    fn said_about(&self, values: &[f64]) -> Option<Said> {
         let mut left = self.beside.base.left(values);
         for (cause, slope) in self.causes.iter().zip(&self.slopes) {
             left.iter_mut().zip(slope).for_each(|(l, s)| *l += cause.amplitude * s);
         }
         self.aside.iter().for_each(|i| left[*i] = 0.0);
-        let left = self.rows.whiten(&left).select_rows(&kept);
+        let left = self.rows.whiten(&left);
         let (own, shared) = (self.causes.len(), self.deviations.len());
-        let mut columns = DMatrix::zeros(kept.len(), own + shared);
+        let mut columns = DMatrix::zeros(left.len(), own + shared);
         for (k, slope) in self.slopes.iter().enumerate() {
-            columns.set_column(k, &self.rows.whiten(slope).select_rows(&kept));
+            columns.set_column(k, &self.rows.whiten(slope));
         }
         for k in 0..shared {
-            columns.set_column(own + k, &(self.rows.shared.column(k).select_rows(&kept) * self.deviations[k]));
+            columns.set_column(own + k, &(self.rows.shared.column(k) * self.deviations[k]));
         }
         let mut metric = columns.tr_mul(&columns);
         for (k, cause) in self.causes.iter().enumerate() {
@@ -183,6 +168,11 @@ impl<'b> InForce<'b> {
     /// Whether a cause that cannot be less than nothing comes to nothing.
     pub fn has_nothing(&self) -> bool {
         self.causes.iter().any(|c| !c.hypothesis.is_signed && !c.hypothesis.is_fixed() && c.amplitude <= STILL * c.deviation)
+    }
+
+    /// Readings of each row.
+    pub fn ranges(&self) -> &[Range<usize>] {
+        &self.rows.ranges
     }
 
     /// Readings that are set aside, which count for nothing.
@@ -233,7 +223,7 @@ impl<'b> InForce<'b> {
 
     /// Correlations of the causes and of numbers that were drawn beside them.
     pub fn correlations(&self, numbers: &[Cause]) -> Vec<Vec<f64>> {
-        let Some(said) = self.said(|_| true) else { return Vec::new() };
+        let Some(said) = self.said() else { return Vec::new() };
         let own = self.causes.len();
         let place = |c: &Cause| self.numbers.iter().find(|n| n.hypothesis.is_same(&c.hypothesis)).map(|n| own + n.places[0]);
         let all: Vec<usize> = (0..own).chain(numbers.iter().filter_map(place)).collect();
@@ -267,42 +257,13 @@ impl<'b> InForce<'b> {
     }
 
     fn drawn_about(&self, values: &[f64]) -> Option<Vec<Cause>> {
-        let said = self.said_about(values, |_| true)?;
+        let said = self.said_about(values)?;
         let of = |number: &OpenNumber| {
             let (found, deviation) = said.of(number, self.causes.len());
             let scale = number.hypothesis.scale;
             Cause::new(number.hypothesis.clone(), found * scale, deviation * scale)
         };
         Some(self.numbers.iter().map(of).filter(|c| c.amplitude.abs() > STILL * c.hypothesis.scale).collect())
-    }
-
-    /// The gain on rows that took no part in fitting amplitudes, with the numbers of the file as these rows draw them or as the file has them,
-    /// whichever predicts better, and whether it is with them. `None` of fewer than three rows.
-    pub fn gain(&self) -> Option<(Gain, bool)> {
-        let folds = Folds::of(&self.beside.problem.data, &self.rows.ranges)?;
-        let said: Vec<Option<Said>> = folds.kept().map(|is_kept| self.said(is_kept)).collect();
-        let with = |numbers: &[OpenNumber]| -> Gain {
-            let changes = said.iter().map(|said| said.as_ref().map(|said| self.changed(said, numbers))).collect::<Vec<_>>();
-            folds.gain(self.beside.problem, &self.beside.base, &changes, self.aside)
-        };
-        let plain = with(&[]);
-        if self.numbers.is_empty() {
-            return Some((plain, false));
-        }
-        let drawn = with(&self.numbers);
-        Some(if drawn.after < plain.after { (drawn, true) } else { (plain, false) })
-    }
-
-    /// Change of all predictions by the amplitudes and numbers that some rows say, K.
-    fn changed(&self, said: &Said, numbers: &[OpenNumber]) -> Vec<f64> {
-        let predicted = &self.beside.base.found.prediction.values;
-        let mut change: Vec<f64> = self.values.iter().zip(predicted).map(|(v, p)| v - p).collect();
-        let mut add = |column: &[f64], by: f64| change.iter_mut().zip(column).for_each(|(c, v)| *c += by * v);
-        for (k, (cause, slope)) in self.causes.iter().zip(&self.slopes).enumerate() {
-            add(slope, said.found[k] - cause.amplitude);
-        }
-        numbers.iter().for_each(|number| add(&number.column, said.of(number, self.causes.len()).0));
-        change
     }
 }
 
@@ -314,65 +275,4 @@ impl Explanation {
         errors.aside.iter().for_each(|i| left[*i] = 0.0);
         Some(rows.metric(self.level).square(&left))
     }
-}
-
-/// Numbers of the file beside causes: those that nobody called uncertain where the model's spread is not zero, those that the user did, and what
-/// all films, all heats or all emissivities share.
-fn open_numbers(beside: &Beside<'_>, causes: &[Cause], (errors, rows, deviations): (&Errors, &Rows, &DVector<f64>)) -> Vec<OpenNumber> {
-    let (base, problem) = (&beside.base, beside.problem);
-    let column_at = |at: usize| -> &Vec<f64> { errors.stated.get(at).unwrap_or_else(|| &errors.numbers[at - errors.stated.len()]) };
-    let open_at = |at: Range<usize>, deviation: f64, hypothesis: Hypothesis| -> Option<OpenNumber> {
-        let place = |at: usize| rows.of.iter().position(|own| *own == at).filter(|place| deviations[*place] > 0.0);
-        let places = at.clone().map(place).collect::<Option<Vec<usize>>>()?;
-        let is_cause = causes.iter().any(|c| c.hypothesis.is_same(&hypothesis));
-        let count = column_at(at.start).len();
-        let column = (0..count).map(|i| at.clone().map(|at| deviation * column_at(at)[i]).sum()).collect();
-        (!is_cause).then_some(OpenNumber { hypothesis, places, column })
-    };
-    let open = |at: usize, deviation: f64, hypothesis: Hypothesis| open_at(at..at + 1, deviation, hypothesis);
-    let stated = errors.stated.len();
-    let spread = |k: usize| rows.of.iter().position(|own| *own == stated + k).map_or(0.0, |place| deviations[place]);
-    let of_file = base.numbers.iter().enumerate().filter_map(|(k, (h, unit))| {
-        let deviation = spread(k);
-        open(stated + k, deviation, h.clone().inexact_by(deviation * unit))
-    });
-    let first = errors.uncertain.start;
-    let called = problem.uncertain.iter().enumerate().filter_map(|(k, u)| open(first + k, 1.0, Number::of(u)));
-    let measured = Stated::of(problem, &problem.study).measured(problem, &beside.catalogue);
-    // Each test has an error of its own; in tables each row, which is no number.
-    let first = first + problem.uncertain.len();
-    let each = (errors.uncertain.end - first).checked_div(measured.len()).unwrap_or(0);
-    let heats = measured.into_iter().enumerate().filter_map(|(k, h)| open_at(first + k * each..first + (k + 1) * each, 1.0, h));
-    // About another machine their columns are others, at the same places.
-    let shared = base.errors.shared();
-    let common = factors(beside).filter_map(|(factor, h)| {
-        let at = shared.iter().position(|c| *c == base.factors[factor])?;
-        open(at, 1.0, h)
-    });
-    let mut all: Vec<OpenNumber> = of_file.chain(called).chain(heats).collect();
-    // A factor of one member alone is that member's own number.
-    let common: Vec<OpenNumber> = common.filter(|new| all.iter().all(|own| !own.hypothesis.is_same(&new.hypothesis))).collect();
-    all.extend(common);
-    all
-}
-
-/// Common factors by their places in [`CommonFactor::ALL`], as hypotheses whose scale is their standard deviation.
-fn factors<'b>(beside: &'b Beside<'_>) -> impl Iterator<Item = (usize, Hypothesis)> + 'b {
-    let problem = beside.problem;
-    let has_measured = Stated::of(problem, &problem.study).has_measured();
-    let of = move |(place, factor): (usize, CommonFactor)| {
-        let common = Effect::from(match factor {
-            CommonFactor::Films => Common::Films,
-            CommonFactor::Heats => Common::Heats,
-            CommonFactor::Emissivities => Common::Emissivities,
-        });
-        let members = || beside.catalogue.iter().filter(|h| h.common_factor() == Some(factor));
-        // One member alone has no name in common.
-        let all = beside.catalogue.iter().find(|h| h.effect == common).or_else(|| members().next().filter(|_| members().count() == 1))?;
-        let hypothesis = all.clone().inexact_by(factor.deviation(&problem.discrepancy));
-        // The lines of all heats would move those too that are columns of the table.
-        let is_meant = factor != CommonFactor::Heats || !has_measured;
-        (is_meant && hypothesis.scale > 0.0).then_some((place, hypothesis))
-    };
-    CommonFactor::ALL.into_iter().enumerate().filter_map(of)
 }

@@ -25,6 +25,7 @@ mod in_force;
 mod low_rank;
 mod missing;
 mod next;
+mod open_numbers;
 mod overstated;
 mod plan;
 mod predictor;
@@ -35,6 +36,7 @@ mod view;
 mod when;
 
 use std::path::Path;
+use std::sync::Arc;
 
 use coldplate_base::document::Document;
 use coldplate_base::error::Result;
@@ -48,8 +50,8 @@ use coldplate_explore::simulate::Start;
 use coldplate_solve::sensitivity::UncertainNumber;
 use coldplate_solve::study::{MachineParameter, Study};
 
-use amplitude::Beside;
 pub use amplitude::{AmplitudeSettings, Aside, Looseness, PlaceAndKind, PlaceSet, Places, Way, places};
+use amplitude::{Beside, KeptOut};
 pub use answer::{LeftOut, Rung, WhereLeft, diagnose};
 pub use decide::{Certainty, Level, Verdict};
 pub use effects::{
@@ -338,6 +340,8 @@ pub struct Explanation {
     pub level: Looseness,
     /// Whether the machine file has words for it.
     pub is_writable: bool,
+    /// What it predicts of each row from all others; none of those far behind.
+    pub(crate) kept_out: Option<Arc<KeptOut>>,
     /// Set of places that it is of, as an index into [`Places::sets`].
     pub of: usize,
 }

@@ -190,7 +190,7 @@ impl Findings<'_> {
                 "Something is wrong that no cause of the catalogue explains{}.",
                 if found.level.what.is_empty() { String::new() } else { format!("; what comes nearest points to {}", found.level.what) }
             ),
-            Verdict::CannotTell if found.is_vetoed => format!(
+            Verdict::CannotTell if found.is_vetoed && found.level.certainty == Certainty::Nothing => format!(
                 "Something is wrong; nearest comes that {}, but data kept out are predicted no better with it: the cause is not known.",
                 found.explanations.first().map(words).unwrap_or_default()
             ),

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
+use coldplate_base::atomic_file;
 use coldplate_base::error::{Error, Result};
 use coldplate_figures::chart::{Figure, draw, to_svg_string};
 
@@ -11,6 +12,8 @@ use coldplate_figures::chart::{Figure, draw, to_svg_string};
 pub struct Gallery {
     folder: PathBuf,
     entries: Vec<GalleryEntry>,
+    /// Files that are no pictures.
+    others: Vec<PathBuf>,
     names: BTreeSet<String>,
 }
 
@@ -31,7 +34,7 @@ impl Gallery {
     /// The folder cannot be made.
     pub fn new(folder: &Path) -> Result<Self> {
         std::fs::create_dir_all(folder).map_err(|e| Error::file("make", folder, e))?;
-        Ok(Self { folder: folder.to_path_buf(), entries: Vec::new(), names: BTreeSet::new() })
+        Ok(Self { folder: folder.to_path_buf(), entries: Vec::new(), others: Vec::new(), names: BTreeSet::new() })
     }
 
     /// Draws a figure as SVG and PNG under `name`, with a number behind it where the name is taken already.
@@ -43,6 +46,17 @@ impl Gallery {
         let written = draw(self.folder.join(name), figure)?;
         let svg = to_svg_string(figure)?;
         self.entries.push(GalleryEntry { topic, svg, files: vec![written.svg, written.png] });
+        Ok(())
+    }
+
+    /// Writes a file that is no picture, named as in [`Gallery::add`].
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn add_file(&mut self, name: &str, ending: &str, content: &[u8]) -> Result<()> {
+        let path = self.folder.join(format!("{}.{ending}", self.free_name(name)));
+        atomic_file::write(&path, content)?;
+        self.others.push(path);
         Ok(())
     }
 
@@ -67,7 +81,7 @@ impl Gallery {
 
     /// All files.
     pub fn files(&self) -> Vec<PathBuf> {
-        self.entries.iter().flat_map(|e| e.files.iter().cloned()).collect()
+        self.entries.iter().flat_map(|e| &e.files).chain(&self.others).cloned().collect()
     }
 }
 
@@ -82,7 +96,7 @@ mod tests {
 
     #[test]
     fn names_alike_as_files_are_numbered() {
-        let mut gallery = Gallery { folder: PathBuf::new(), entries: Vec::new(), names: BTreeSet::new() };
+        let mut gallery = Gallery { folder: PathBuf::new(), entries: Vec::new(), others: Vec::new(), names: BTreeSet::new() };
         let names: Vec<String> = ["a/b", "a b", "A_B"].iter().map(|n| gallery.free_name(&file_name(n))).collect();
         assert_eq!(names, ["a_b", "a_b_2", "a_b_3"]);
     }

@@ -52,18 +52,23 @@ fn mistakes_are_shown_where_they_stand() {
     assert!(source.contains("sweep = ") && source.contains("surrogate = "), "{source}");
     let both = refused("chart-both", "figure = \"errors\"\nsweep = \"x.toml\"\nsurrogate = \"x.cps\"\n");
     assert!(both.contains("exclude each other"), "{both}");
+    let model = refused("chart-model", "figure = \"model\"\nmachine = \"x.toml\"\nwidth = 400\n");
+    assert!(model.contains(":3") && model.contains("a model has no width"), "{model}");
 }
 
 #[test]
 fn the_command_draws_definitions() {
     let out = folder("chart-command");
-    let drawn = chart(&["charts/heat_rig.toml", "charts/sankey_rig.toml", "charts/measured_rig.toml", "--out", out.to_str().unwrap()]);
+    let definitions = ["heat_rig", "sankey_rig", "measured_rig", "model_rig"].map(|name| format!("charts/{name}.toml"));
+    let drawn = chart(&[&definitions.each_ref().map(String::as_str)[..], &["--out", out.to_str().unwrap()]].concat());
     assert!(drawn.status.success(), "{}", String::from_utf8_lossy(&drawn.stderr));
     for name in ["heat_rig", "sankey_rig", "measured_rig"] {
         let svg = std::fs::read_to_string(out.join(format!("{name}.svg"))).unwrap();
         assert!(svg.contains("working condition 1"), "{name}");
         assert!(out.join(format!("{name}.png")).exists(), "{name}");
     }
+    let model = std::fs::read(out.join("model_rig.glb")).unwrap();
+    assert!(model.starts_with(b"glTF") && String::from_utf8_lossy(&drawn.stdout).contains("model_rig.glb"));
 }
 
 #[test]

@@ -14,7 +14,7 @@ use super::logs::{Log, rows_that_count};
 use super::profiles::Profiles;
 use super::ranking::{REFINED, best_of_each_size, difference, most_probable, sum_and_error, that_predict_more, whole, with_certain_first};
 use super::response::{Answer, Response, shows, sum};
-use super::rows::{Errors, uncertain};
+use super::rows::{Errors, Rows, uncertain};
 use super::search::{About, Candidate, Fit, Search, Sought};
 use super::sets::{self, seen};
 use super::settings::AmplitudeSettings;
@@ -23,6 +23,7 @@ use super::steady::Table;
 use super::ways::{FoundWay, Ways};
 use super::{PlaceAndKind, PlaceSet, Places, Way};
 use crate::effects::{Axis, Common, Effect, FoundLaw, Heat, Hypothesis, Law, Scales, Sensor, hypotheses};
+use crate::open_numbers::{OpenNumber, open_numbers};
 use crate::predictor::Predictor;
 use crate::view::Comparison;
 use crate::{Cause, Problem};
@@ -37,6 +38,8 @@ use coldplate_network::Load;
 const KNOTS: [f64; 6] = [-5.0, -2.5, -1.0, 1.0, 2.5, 5.0];
 /// Amplitudes of a cause that can only be more, in units of its scale. A machine of cells, whose solves take long, has the first three.
 const KNOTS_OF_MORE: [f64; 6] = [1.0, 2.5, 5.0, 15.0, 50.0, 150.0];
+/// Ways whose probability is less are not asked what they predict of rows kept out: none of them is the answer.
+const LEAST_KEPT_OUT: f64 = 0.01;
 /// Sets of each size that are so fitted to tables of a machine of cells, and to its logs, where each takes several runs.
 const REFINED_OF_CELLS: [usize; 2] = [6, 3];
 /// Causes that bend and are solved at several amplitudes in tables of a machine of cells, and in its logs: those that explain most where each
@@ -325,7 +328,9 @@ impl Found<'_> {
             let set = self.told(&fit, 0.0);
             let causes: Vec<Cause> =
                 set.members.iter().zip(&fit.amplitudes).map(|(member, own)| courses.told(member, own, &mut named)).collect();
-            let way = Way { probability: 1.0, is_writable: self.is_writable(&causes, &named), causes };
+            let numbers = self.open_numbers(&set, &causes);
+            let kept_out = self.search.with_errors_of(&fit).kept_out(&fit, &numbers).map(Arc::new);
+            let way = Way { probability: 1.0, is_writable: self.is_writable(&causes, &named), kept_out, causes };
             PlaceSet { ways: vec![way], probability, ..set }
         };
         (most_probable(found, |(fit, _)| fit).map(told).collect(), named)
@@ -371,21 +376,33 @@ impl Found<'_> {
         let laws = Laws::new(scales, machine, &problem.data, &at.into_iter().flatten().collect::<Vec<_>>());
         let (mut all, rest) = best_of_each_size(that_predict_more(self.search, all, &[]));
         let (_, variables) = variables(problem);
-        let ways = |fit: &Fit| Ways { search: self.search, fit, laws: &laws, axes: &axes, variables: &variables }.found();
-        let ways: Vec<(f64, Vec<FoundWay>)> = all.par_iter().map(ways).collect();
+        let of = Ways { search: self.search, fit: self.nothing, laws: &laws, axes: &axes, variables: &variables };
+        let ways: Vec<(f64, Vec<FoundWay>)> = all.par_iter().map(|fit| Ways { fit, ..of }.found()).collect();
         // The evidence of a set is that of all ways in which it can act.
         all.iter_mut().zip(&ways).for_each(|(fit, (log, _))| fit.log_evidence = *log);
         let whole = whole(all.iter().chain(&rest));
         let mut found: Vec<(Fit, (f64, Vec<FoundWay>))> = all.into_iter().zip(ways).collect();
         found.sort_by(|a, b| b.0.log_posterior().total_cmp(&a.0.log_posterior()));
         let mut named = scales.clone();
-        let of = |(fit, (_, found)): (Fit, (f64, Vec<FoundWay>))| -> PlaceSet {
+        let told = |(fit, (_, found)): (Fit, (f64, Vec<FoundWay>))| -> PlaceSet {
             let set = self.told(&fit, whole);
             let sizes: Vec<Sizing> = fit.members.iter().map(|m| self.sizes[*m]).collect();
-            let ways = found.into_iter().map(|way| told(way, (&set.members, &sizes), &mut named, problem)).collect();
+            let told = |way: FoundWay| {
+                let own = told(&way, (&set.members, &sizes), &mut named, problem);
+                let is_told = fit.members.is_empty() || set.probability * way.probability > LEAST_KEPT_OUT;
+                let kept_out = is_told.then(|| Ways { fit: &fit, ..of }.kept_out(&way, &self.open_numbers(&set, &own.causes))).flatten();
+                Way { kept_out: kept_out.map(Arc::new), ..own }
+            };
+            let ways = found.into_iter().map(told).collect();
             PlaceSet { ways, ..set }
         };
-        (most_probable(found, |(fit, _)| fit).map(of).collect(), named)
+        (most_probable(found, |(fit, _)| fit).map(told).collect(), named)
+    }
+
+    /// Numbers of the file that may be off beside causes of a set.
+    fn open_numbers(&self, set: &PlaceSet, causes: &[Cause]) -> Vec<OpenNumber> {
+        let Some(rows) = Rows::under(&set.errors, set.looseness) else { return Vec::new() };
+        open_numbers(self.beside, causes, (&set.errors, &rows, &rows.deviations(set.looseness)))
     }
 
     /// A set beside the logarithm of the sum of all posteriors, without its laws.
@@ -422,9 +439,9 @@ impl Found<'_> {
 }
 
 /// A way as causes; its laws get names in the scales.
-fn told(way: FoundWay, (members, sizes): (&[PlaceAndKind], &[Sizing]), scales: &mut Scales, problem: &Problem) -> Way {
+fn told(way: &FoundWay, (members, sizes): (&[PlaceAndKind], &[Sizing]), scales: &mut Scales, problem: &Problem) -> Way {
     let mut causes = Vec::with_capacity(members.len());
-    for ((own, member), size) in way.causes.into_iter().zip(members).zip(sizes) {
+    for ((own, member), size) in way.causes.iter().cloned().zip(members).zip(sizes) {
         let h = &member.hypothesis;
         let under = match own.rule {
             None => h.clone(),
@@ -443,7 +460,7 @@ fn told(way: FoundWay, (members, sizes): (&[PlaceAndKind], &[Sizing]), scales: &
     }
     let lines = |cause: &Cause| cause.hypothesis.written(&problem.study, &problem.data, scales, &problem.user, cause.amplitude);
     let is_writable = causes.iter().all(|cause| matches!(lines(cause), Ok(Some(_))));
-    Way { causes, probability: way.probability, is_writable }
+    Way { causes, probability: way.probability, is_writable, kept_out: None }
 }
 
 /// Variables of a steady table over which an amplitude may run, by name, with their values in the rows with readings; the order of the rows

@@ -170,6 +170,11 @@ impl<'a> Explained<'a> {
         Arc::ptr_eq(&self.rows, rows) && self.functions == functions
     }
 
+    /// Readings of a row.
+    pub fn readings(&self, row: usize) -> std::ops::Range<usize> {
+        self.rows.ranges[row].clone()
+    }
+
     /// Number of causes.
     fn count(&self) -> usize {
         self.columns.ncols()
@@ -392,6 +397,19 @@ mod tests {
                 let pull = DVector::from_fn(own.len(), |i, _| pull[own[i]]);
                 let expected = -0.5 * (pull.transpose() * block.clone().try_inverse().unwrap() * &pull)[0] + 0.5 * block.determinant().ln();
                 assert!((density - expected).abs() < 1e-9, "{density} {expected}");
+            }
+
+            // Amplitudes in a row, and the coefficient of a bias, as all other rows have them.
+            for (row, without) in posterior.without_each_row(&[0]).unwrap().into_iter().enumerate() {
+                let others: Vec<usize> = (0..8).filter(|i| errors.row_of[*i] != row).collect();
+                let known = full.select_rows(&others).select_columns(&others).try_inverse().unwrap() * r.select_rows(&others);
+                for (m, own) in without.coefficients.iter().enumerate() {
+                    let prior = prior(&freedoms[m]);
+                    let with = DVector::from_fn(others.len(), |i, _| columns[m][others[i]] * prior[(row, errors.row_of[others[i]])]);
+                    assert!((profiles.course(own)[row] - with.dot(&known)).abs() < 1e-9, "cause {m} in row {row}");
+                }
+                let bias = DVector::from_fn(others.len(), |i, _| looseness.noise * errors.stated[0][others[i]]);
+                assert!((without.shared[0] - bias.dot(&known)).abs() < 1e-9, "bias in row {row}");
             }
 
             // Readings of two rows, and what they were with other residuals and other noise.

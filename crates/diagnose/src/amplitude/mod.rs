@@ -10,6 +10,7 @@ mod course;
 mod evidence;
 mod force;
 mod gross;
+mod kept_out;
 mod laws;
 mod logs;
 mod others;
@@ -35,6 +36,7 @@ use coldplate_base::progress::Progress;
 
 pub(crate) use beside::Beside;
 pub use gross::Aside;
+pub(crate) use kept_out::KeptOut;
 pub use rows::Looseness;
 pub(crate) use rows::{Errors, Rows};
 pub use settings::AmplitudeSettings;
@@ -64,6 +66,8 @@ pub struct Way {
     pub probability: f64,
     /// Whether the machine file has words for it.
     pub is_writable: bool,
+    /// What it predicts of each row from all others; none of those far behind.
+    pub(crate) kept_out: Option<Arc<KeptOut>>,
 }
 
 /// A set of places and kinds.

@@ -7,11 +7,13 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::evidence::{Freedom, Functions};
+use super::kept_out::KeptOut;
 use super::laws::{EXPONENT_COUNT, Family, Laws, Rule, Single};
 use super::profiles::Curve;
 use super::rows::Looseness;
 use super::search::{Candidate, Fit, Search, Sought};
 use crate::effects::{Axis, Course, FoundLaw, LawNumber, Sequence};
+use crate::open_numbers::OpenNumber;
 use coldplate_base::numbers::TWO_SIDED_90;
 
 /// Laws of one member that are fitted to the end, at most.
@@ -41,6 +43,10 @@ pub struct FoundWay {
     pub causes: Vec<FoundCause>,
     /// Probability among all ways of the set.
     pub probability: f64,
+    /// The set under it, whose members are counted from the first.
+    fit: Fit,
+    /// Functions of its laws, each with the curve that stands for it.
+    functions: Vec<(Curve, Vec<f64>)>,
 }
 
 /// Functions that an amplitude follows.
@@ -68,6 +74,7 @@ struct Choice {
 }
 
 /// A set, and where its laws are looked for.
+#[derive(Clone, Copy)]
 pub struct Ways<'a> {
     /// The search in which the set was found.
     pub search: &'a Search<'a>,
@@ -85,20 +92,16 @@ impl Ways<'_> {
     /// The ways, most probable first, and the logarithm of the evidence of all of them: that of the set.
     pub fn found(&self) -> (f64, Vec<FoundWay>) {
         if self.fit.members.is_empty() {
-            return (self.fit.log_evidence, vec![FoundWay { causes: Vec::new(), probability: 1.0 }]);
+            let way = FoundWay { causes: Vec::new(), probability: 1.0, fit: self.fit.clone(), functions: Vec::new() };
+            return (self.fit.log_evidence, vec![way]);
         }
-        let candidates: Vec<Candidate> = self.fit.members.iter().map(|m| self.search.candidates[*m].clone()).collect();
+        let candidates = self.candidates();
         let count = candidates.len();
         let about = Search { candidates: &candidates, ..self.search.with_errors_of(self.fit) };
         let fit = Fit { members: (0..count).collect(), ..self.fit.clone() };
         let choices: Vec<Vec<Choice>> = (0..count).map(|m| self.choices(&about, &fit, m)).collect();
         let combined = combined(&choices);
-        let laws = combined.iter().enumerate().flat_map(|(way, of)| of.iter().enumerate().map(move |(m, choice)| (way, m, *choice)));
-        let named = laws.flat_map(|(way, m, choice)| {
-            let own: &[Single] = if let Means::Law { singles, .. } = &choice.means { singles } else { &[] };
-            own.iter().map(move |single| (self.curve(way, m, count), single.factors.as_slice()))
-        });
-        let profiles = about.profiles.with_laws(named);
+        let profiles = about.profiles.with_laws(combined.iter().enumerate().flat_map(|(way, of)| self.functions(way, of)));
         let search = Search { profiles: &profiles, ..about };
         let fitted = |(way, of): (usize, &Vec<&Choice>)| self.fitted(&search, &fit, way, of);
         let mut all: Vec<(f64, bool, FoundWay)> = combined.iter().enumerate().filter_map(fitted).collect();
@@ -110,6 +113,29 @@ impl Ways<'_> {
             all.iter_mut().for_each(|(log, ..)| *log = self.fit.log_evidence);
         }
         (log_sum(&all.iter().map(|(log, ..)| *log).collect::<Vec<_>>()), told(all))
+    }
+
+    /// What a way predicts of each row from all others, beside numbers of the file that may be off.
+    pub fn kept_out(&self, way: &FoundWay, numbers: &[OpenNumber]) -> Option<KeptOut> {
+        let candidates = self.candidates();
+        let about = Search { candidates: &candidates, ..self.search.with_errors_of(self.fit) };
+        let profiles = about.profiles.with_laws(way.functions.iter().map(|(curve, factors)| (*curve, factors.as_slice())));
+        Search { profiles: &profiles, ..about }.kept_out(&way.fit, numbers)
+    }
+
+    /// Candidates of the set alone.
+    fn candidates(&self) -> Vec<Candidate> {
+        self.fit.members.iter().map(|m| self.search.candidates[*m].clone()).collect()
+    }
+
+    /// Functions of the laws of a way, each with the curve that stands for it.
+    fn functions<'c>(&self, way: usize, of: &'c [&Choice]) -> Vec<(Curve, &'c [f64])> {
+        let named = |(m, choice): (usize, &&'c Choice)| {
+            let own: &[Single] = if let Means::Law { singles, .. } = &choice.means { singles } else { &[] };
+            let curve = self.curve(way, m, of.len());
+            own.iter().map(move |single| (curve, single.factors.as_slice()))
+        };
+        of.iter().enumerate().flat_map(named).collect()
     }
 
     fn row_count(&self) -> usize {
@@ -232,7 +258,9 @@ impl Ways<'_> {
             self.cause(search, choice, &fitted.amplitudes[m], &deviations)
         };
         let is_unknown = of.iter().all(|choice| matches!(choice.means, Means::Unknown));
-        Some((log, is_unknown, FoundWay { causes: of.iter().enumerate().map(cause).collect(), probability: 0.0 }))
+        let causes = of.iter().enumerate().map(cause).collect();
+        let functions = self.functions(way, of).into_iter().map(|(curve, factors)| (curve, factors.to_vec())).collect();
+        Some((log, is_unknown, FoundWay { causes, probability: 0.0, fit: fitted, functions }))
     }
 
     /// A member under its law, from its amplitudes in the rows and their deviations.

@@ -318,9 +318,12 @@ impl FoundLaw {
         }
     }
 
-    /// Whether no known law describes it.
+    /// Whether no known law describes it, or a part of it.
     pub fn is_unknown(&self) -> bool {
-        matches!(self, Self::Over(_, Course::Curve(_)) | Self::Rows(Sequence::Curve(_) | Sequence::Free(_)))
+        match self {
+            Self::Sum(all) => all.iter().any(|(_, law)| law.is_unknown()),
+            _ => matches!(self, Self::Over(_, Course::Curve(_)) | Self::Rows(Sequence::Curve(_) | Sequence::Free(_))),
+        }
     }
 }
 

@@ -12,6 +12,7 @@ pub mod history;
 pub mod limits;
 pub(crate) mod machine;
 mod measured;
+mod model;
 mod one_factor;
 mod published;
 pub mod results;
@@ -78,6 +79,7 @@ kinds! {
     "residuals" => Residuals(accuracy::ResidualsChart),
     "errors" => Errors(accuracy::ErrorsChart),
     "machine" => Machine(machine::MachineChart),
+    "model" => Model(model::ModelChart),
     "measured" => Measured(measured::MeasuredChart),
     "heat" => Heat(heat::HeatChart),
     "sankey" => Sankey(sankey::SankeyChart),

@@ -23,6 +23,7 @@ pub(super) struct StateKeys {
 /// The solved state, and its condition as a figure shows it.
 pub(super) struct SolvedState {
     pub(super) study: Rc<Study>,
+    pub(super) condition: Condition,
     pub(super) state: SteadyState,
     pub(super) fixed: Fixed,
 }
@@ -42,7 +43,7 @@ impl StateKeys {
         let (condition, fixed) = condition_of(&head.root(), &model.machine)?;
         let solver = model.solver(&condition)?;
         let state = model.solve(&solver, &condition)?;
-        Ok(SolvedState { study, state, fixed })
+        Ok(SolvedState { study, condition, state, fixed })
     }
 }
 

@@ -16,6 +16,16 @@ pub struct Posterior<'a> {
     factor: Cholesky<f64, Dyn>,
     /// Inverse covariance times the residual.
     pull: DVector<f64>,
+    /// Standard deviation of the coefficient of each shared and profiled column.
+    deviations: DVector<f64>,
+}
+
+/// Coefficients as all rows but one have them.
+pub struct WithoutRow {
+    /// Of the functions of the rows for each cause, in units of its scale.
+    pub coefficients: Vec<Vec<f64>>,
+    /// Of the shared columns that were asked for, in standard deviations.
+    pub shared: Vec<f64>,
 }
 
 impl<'a> Explained<'a> {
@@ -34,8 +44,14 @@ impl<'a> Explained<'a> {
         let mut matrix = columns.transpose() * &metric;
         (0..matrix.nrows()).for_each(|k| matrix[(k, k)] += 1.0);
         let factor = cholesky(matrix)?;
-        let mut found =
-            Posterior { pull: DVector::zeros(self.residual.len()), explained: self, freedoms: freedoms.to_vec(), metric, factor };
+        let mut found = Posterior {
+            pull: DVector::zeros(self.residual.len()),
+            explained: self,
+            freedoms: freedoms.to_vec(),
+            metric,
+            factor,
+            deviations,
+        };
         found.pull = found.solve(&DMatrix::from_columns(std::slice::from_ref(&self.residual))).column(0).into_owned();
         Some(found)
     }
@@ -186,22 +202,49 @@ impl Posterior<'_> {
         Others { ranges: rows.ranges.clone(), blocks, across, pull }
     }
 
+    /// Factor of the block of one row of the inverse covariance; `inverse` is that of the factor of the metric.
+    fn block(&self, row: usize, inverse: &DMatrix<f64>) -> Option<Cholesky<f64, Dyn>> {
+        let range = self.explained.rows.ranges[row].clone();
+        let metric = self.metric.rows_range(range.clone());
+        let own = DMatrix::identity(range.len(), range.len());
+        let mut block = own - metric * inverse * metric.transpose();
+        if self.freedoms.iter().any(|f| f.freedom > 0.0) {
+            let x = self.explained.columns.rows_range(range);
+            let taken = self.explained.taken(row, &self.freedoms);
+            block -= x * taken * x.transpose();
+        }
+        Cholesky::new(block)
+    }
+
+    /// For each row, the coefficients of the causes and of some shared columns as all other rows have them; `None` where rounding leaves no
+    /// positive matrix. The inverse covariance of the others times their residual is S⁻¹ r - S⁻¹_·B (S⁻¹_BB)⁻¹ (S⁻¹ r)_B.
+    pub fn without_each_row(&self, shared: &[usize]) -> Option<Vec<WithoutRow>> {
+        let explained = self.explained;
+        let (functions, places) = (explained.profiles.of.len(), explained.rows.shared.ncols());
+        let of_causes = explained.profiled.column_iter().zip(self.deviations.iter().skip(places)).map(|(c, d)| c * (d * d));
+        let of_shared = shared.iter().map(|k| explained.rows.shared.column(*k) * self.deviations[*k]);
+        let columns: Vec<DVector<f64>> = of_causes.chain(of_shared).collect();
+        let columns = if columns.is_empty() { DMatrix::zeros(self.pull.len(), 0) } else { DMatrix::from_columns(&columns) };
+        let (solved, whole, inverse) = (self.solve(&columns), columns.tr_mul(&self.pull), self.factor.inverse());
+        let of = |(row, range): (usize, &std::ops::Range<usize>)| {
+            let taken = self.block(row, &inverse)?.solve(&self.pull.rows_range(range.clone()));
+            let found = &whole - solved.rows_range(range.clone()).tr_mul(&taken);
+            let mut coefficients = vec![vec![0.0; functions]; self.freedoms.len()];
+            for ((m, f), c) in explained.followed.iter().zip(found.iter()) {
+                coefficients[*m][*f] = *c;
+            }
+            Some(WithoutRow { coefficients, shared: found.iter().skip(explained.followed.len()).copied().collect() })
+        };
+        explained.rows.ranges.iter().enumerate().map(of).collect()
+    }
+
     /// Logarithm of the density of each row's readings, given all other rows, without the constant of the number of readings.
     pub fn kept_out(&self) -> Vec<f64> {
         let rows = &self.explained.rows;
         let inverse = self.factor.inverse();
         let of = |(row, range): (usize, &std::ops::Range<usize>)| {
-            let size = range.len();
-            let metric = self.metric.rows_range(range.clone());
-            let own = DMatrix::identity(size, size);
-            let mut block = own - metric * &inverse * metric.transpose();
-            if self.freedoms.iter().any(|f| f.freedom > 0.0) {
-                let x = self.explained.columns.rows_range(range.clone());
-                let taken = self.explained.taken(row, &self.freedoms);
-                block -= x * taken * x.transpose();
-            }
             let pull = self.pull.rows_range(range.clone());
-            match Cholesky::new(block) {
+            match self.block(row, &inverse) {
                 Some(factor) => {
                     let log = factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
                     -0.5 * pull.dot(&factor.solve(&pull)) + log - rows.log_of_row(row)

@@ -1,0 +1,55 @@
+//! What causes predict of rows that took no part: each row as all others have them.
+
+use super::evidence::Posterior;
+use super::response::Slope;
+use super::search::{Fit, Search};
+use crate::open_numbers::OpenNumber;
+
+/// Changes of all readings (K), each by what all rows but its own say. A curve over few rows, or a number of its own in every row, says little of
+/// a further one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct KeptOut {
+    /// By the causes.
+    pub by_causes: Vec<f64>,
+    /// By the causes and by numbers of the file that may be off; none where there are no such numbers.
+    pub with_numbers: Option<Vec<f64>>,
+}
+
+impl Search<'_> {
+    /// What a fit predicts of each row from all others; `None` where its covariance is not positive. Numbers of the file are columns among
+    /// those that rows share about this fit.
+    pub fn kept_out(&self, fit: &Fit, numbers: &[OpenNumber]) -> Option<KeptOut> {
+        let linear = self.linear_about(fit);
+        let explained = self.explained(&linear, fit.looseness, &self.followed(&fit.freedoms))?;
+        let posterior: Posterior<'_> = explained.posterior(&fit.freedoms, fit.looseness)?;
+        let places: Vec<usize> = numbers.iter().flat_map(|number| number.places.iter().copied()).collect();
+        let mut left = linear.residual.clone();
+        let mut by_numbers = vec![0.0; left.len()];
+        for (row, without) in posterior.without_each_row(&places)?.iter().enumerate() {
+            let readings = explained.readings(row);
+            for ((member, slope), own) in fit.members.iter().zip(&linear.slopes).zip(&without.coefficients) {
+                match slope {
+                    Slope::OfRow(slope) => {
+                        let range = self.candidates[*member].range;
+                        let amplitude = own.iter().zip(&linear.profiles.functions.row(row)).map(|(c, f)| c * f).sum::<f64>();
+                        let amplitude = amplitude.clamp(range.0, range.1);
+                        readings.clone().for_each(|i| left[i] -= amplitude * slope[i]);
+                    }
+                    Slope::OfFunctions(columns) => {
+                        for (c, column) in own.iter().zip(columns).filter(|(c, _)| **c != 0.0) {
+                            readings.clone().for_each(|i| left[i] -= c * column[i]);
+                        }
+                    }
+                }
+            }
+            let mut said = without.shared.iter();
+            for number in numbers {
+                let mean = said.by_ref().take(number.places.len()).sum::<f64>() / number.places.len() as f64;
+                readings.clone().for_each(|i| by_numbers[i] += mean * number.column[i]);
+            }
+        }
+        let by_causes: Vec<f64> = self.residual.iter().zip(&left).map(|(before, after)| before - after).collect();
+        let with_numbers = || by_causes.iter().zip(&by_numbers).map(|(a, b)| a + b).collect();
+        Some(KeptOut { with_numbers: (!numbers.is_empty()).then(with_numbers), by_causes })
+    }
+}
