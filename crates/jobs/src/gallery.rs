@@ -54,7 +54,8 @@ impl Gallery {
     /// # Errors
     /// It cannot be written.
     pub fn add_file(&mut self, name: &str, ending: &str, content: &[u8]) -> Result<()> {
-        let path = self.folder.join(format!("{}.{ending}", self.free_name(name)));
+        let name = self.free_name(name);
+        let path = self.folder.join(format!("{name}.{ending}"));
         atomic_file::write(&path, content)?;
         self.others.push(path);
         Ok(())

@@ -45,7 +45,7 @@ impl MachineChart {
     }
 
     pub(super) fn draw(&self, head: &Head, results: &mut Results<'_>, gallery: &mut Gallery) -> Result<()> {
-        let SolvedState { study, state, fixed } = self.state.open(head, results)?;
+        let SolvedState { study, state, fixed, .. } = self.state.open(head, results)?;
         let model = &study.model;
         let machine = &model.machine;
         let parts: Vec<&str> = machine.parts.iter().map(|p| p.name.as_str()).collect();
