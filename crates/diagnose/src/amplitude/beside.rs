@@ -12,7 +12,7 @@ use super::gross::Gross;
 use super::laws::{Laws, Rule};
 use super::logs::{Log, rows_that_count};
 use super::profiles::Profiles;
-use super::ranking::{REFINED, best_of_each_size, difference, most_probable, sum_and_error, that_predict_more, whole, with_certain_first};
+use super::ranking::{REFINED, best_of_each_size, difference, most_probable, resampled, sum_and_error, that_predict_more, whole, with_certain_first};
 use super::response::{Answer, Response, shows, sum};
 use super::rows::{Errors, Rows, uncertain};
 use super::search::{About, Candidate, Fit, Search, Sought};
@@ -314,12 +314,10 @@ impl Found<'_> {
         let without: Vec<Fit> = best.par_iter().map(|fit| if counts(fit) { self.without_idle_laws(fit) } else { fit.clone() }).collect();
         // Sets before they lose laws are compared with too: a further place may stand for such a law.
         let best = that_predict_more(self.search, without, &best);
-        let whole = whole(best.iter());
-        let weighed = |fit: Fit| {
-            let probability = (fit.log_posterior() - whole).exp();
-            (fit, probability)
-        };
-        let mut found: Vec<(Fit, f64)> = best.into_iter().map(weighed).collect();
+        let log_posteriors: Vec<f64> = best.iter().map(Fit::log_posterior).collect();
+        let densities: Vec<Vec<f64>> = best.par_iter().map(|fit| seen(self.search, fit).1).collect();
+        let probabilities = resampled(&log_posteriors, &densities, self.beside.problem.seed);
+        let mut found: Vec<(Fit, f64)> = best.into_iter().zip(probabilities).collect();
         found.sort_by(|a, b| b.1.total_cmp(&a.1));
         let mut named = self.beside.scales.clone();
         let (problem, profiles) = (self.beside.problem, self.search.all_profiles);

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use coldplate_base::random::Random;
 use rayon::prelude::*;
 
 use super::search::{Fit, Search};
@@ -10,6 +11,8 @@ use super::{PlaceAndKind, PlaceSet};
 
 /// Sets of each size that are fitted about the machine with the set in force.
 pub const REFINED: usize = 10;
+/// Logs like the one at hand over which probabilities are averaged, a count: a share is known to one or two per cent.
+const RESAMPLED: usize = 2000;
 /// Sets that are reported.
 const MOST_SETS: usize = 12;
 
@@ -46,6 +49,27 @@ pub fn most_probable<T>(all: Vec<T>, fit: impl Fn(&T) -> &Fit) -> impl Iterator<
 pub fn whole<'f>(all: impl Iterator<Item = &'f Fit> + Clone) -> f64 {
     let most = all.clone().map(Fit::log_posterior).fold(f64::NEG_INFINITY, f64::max);
     most + all.map(|fit| (fit.log_posterior() - most).exp()).sum::<f64>().ln()
+}
+
+/// Posterior probabilities of the sets of a log, given by the logarithms of their posteriors and by their log densities of each stretch given all
+/// others: the mean over logs like this one, in which each stretch counts as often as it might (Bayesian bootstrap: Rubin 1981; for models that
+/// are compared, Yao and others 2018). What a model of a log leaves out differs from stretch to stretch, so that a stretch is one draw of it,
+/// however many readings it has.
+pub fn resampled(log_posteriors: &[f64], densities: &[Vec<f64>], seed: u64) -> Vec<f64> {
+    let mut random = Random::new(seed);
+    let stretches = densities.iter().map(Vec::len).max().unwrap_or(0);
+    let mut probabilities = vec![0.0; log_posteriors.len()];
+    for _ in 0..RESAMPLED {
+        let shares: Vec<f64> = (0..stretches).map(|_| -(1.0 - random.unit()).ln()).collect();
+        let mean = shares.iter().sum::<f64>() / stretches.max(1) as f64;
+        let more = |own: &Vec<f64>| own.iter().zip(&shares).map(|(density, share)| (share / mean - 1.0) * density).sum::<f64>();
+        let logs: Vec<f64> = log_posteriors.iter().zip(densities).map(|(log, own)| log + more(own)).collect();
+        let most = logs.iter().copied().filter(|log| !log.is_nan()).fold(f64::NEG_INFINITY, f64::max);
+        let own: Vec<f64> = logs.iter().map(|log| if log.is_nan() { 0.0 } else { (log - most).exp() }).collect();
+        let whole = own.iter().sum::<f64>() * RESAMPLED as f64;
+        probabilities.iter_mut().zip(own).for_each(|(p, own)| *p += own / whole);
+    }
+    probabilities
 }
 
 /// Sets, most probable first, without those of several places that do not make the rows that are kept out more probable than the most probable

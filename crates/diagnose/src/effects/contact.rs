@@ -67,17 +67,16 @@ impl Family for Contact {
         if !edit.hypothesis.is_drift() {
             return edit.scaled(&key, edit.amplitude.exp());
         }
-        // A table takes the place of the number; the total conductance would need its area.
-        if key.ends_with("total_conductance") {
-            return Ok(None);
-        }
+        // A table takes the place of the number. It is per area: a total conductance is that of one square metre.
+        let is_total = key.ends_with("total_conductance");
         let parameter = edit.study.parameter(&key)?;
-        let stated = units::express(parameter.value, "W/(m2 K)", parameter.dimension)?;
+        let stated = units::express(parameter.value, if is_total { "W/K" } else { "W/(m2 K)" }, parameter.dimension)?;
         let table = format!("contact.{}", quoted(name));
         let Some(Leaf::Table(entries)) = edit.study.document().leaf(&table)? else { return Ok(None) };
-        let kept = entries.iter().filter(|(k, _)| k != "conductance").map(|(k, v)| format!("{k} = {}", v.to_toml()));
+        let is_kept = |k: &str| k != "conductance" && k != "total_conductance" && !(is_total && k == "area");
+        let kept = entries.iter().filter(|(k, _)| is_kept(k)).map(|(k, v)| format!("{k} = {}", v.to_toml()));
         let drifting = temperature_table(|t| stated * (edit.amplitude * (t - REFERENCE) / DRIFT).exp());
-        let all: Vec<String> = kept.chain([drifting]).collect();
+        let all: Vec<String> = kept.chain(is_total.then(|| "area = \"1 m2\"".to_string())).chain([drifting]).collect();
         Ok(Some(vec![(table, format!("{{ {} }}", all.join(", ")))]))
     }
 
