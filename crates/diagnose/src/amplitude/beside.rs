@@ -12,7 +12,9 @@ use super::gross::Gross;
 use super::laws::{Laws, Rule};
 use super::logs::{Log, rows_that_count};
 use super::profiles::Profiles;
-use super::ranking::{REFINED, best_of_each_size, difference, most_probable, resampled, sum_and_error, that_predict_more, whole, with_certain_first};
+use super::ranking::{
+    REFINED, best_of_each_size, difference, most_probable, resampled, sum_and_error, that_predict_more, whole, with_certain_first,
+};
 use super::response::{Answer, Response, shows, sum};
 use super::rows::{Errors, Rows, uncertain};
 use super::search::{About, Candidate, Fit, Search, Sought};

@@ -117,3 +117,21 @@ pub fn sum_and_error(numbers: &[f64]) -> (f64, f64) {
     let variance = numbers.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
     (n * mean, (n * variance).sqrt())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_lead_that_one_stretch_makes_is_less_certain_than_one_that_all_make() {
+        let of = |own: [f64; 6]| resampled(&[own.iter().sum::<f64>(), 0.0], &[own.to_vec(), vec![0.0; 6]], 1);
+        let (all, one) = (of([2.0; 6]), of([32.0, -4.0, -4.0, -4.0, -4.0, -4.0]));
+        // Where all stretches say the same, a lead of 12 is one in evidence.
+        assert!((all[0] - 1.0 / (1.0 + (-12.0f64).exp())).abs() < 1e-9, "{all:?}");
+        // The mean of the logistic function of 12 under as many draws as one likes.
+        assert!((one[0] - 0.552).abs() < 0.03, "{one:?}");
+        assert!([all, one].iter().all(|own| (own.iter().sum::<f64>() - 1.0).abs() < 1e-9));
+        // A set whose densities are unknown has its evidence.
+        assert!((resampled(&[3.0, 0.0], &[Vec::new(), Vec::new()], 1)[0] - 1.0 / (1.0 + (-3.0f64).exp())).abs() < 1e-9);
+    }
+}

@@ -5,9 +5,10 @@ use super::words::Quantity;
 use super::{Family, Hypothesis, Law, Linearised, Lines, MachineEdit, Site, Told};
 use coldplate_base::error::Result;
 use coldplate_base::document::{Leaf, quoted};
+use coldplate_base::units;
+use coldplate_describe::machine::Place;
 use coldplate_solve::sensitivity::Disturbance;
 use coldplate_solve::study::Study;
-use coldplate_base::units;
 
 /// Temperature at which a drifting contact conducts as stated, K.
 const REFERENCE: f64 = 293.15;
@@ -67,16 +68,22 @@ impl Family for Contact {
         if !edit.hypothesis.is_drift() {
             return edit.scaled(&key, edit.amplitude.exp());
         }
-        // A table takes the place of the number. It is per area: a total conductance is that of one square metre.
-        let is_total = key.ends_with("total_conductance");
+        // A table takes the place of the number. It is per area, which two nodes have only where it is stated.
         let parameter = edit.study.parameter(&key)?;
-        let stated = units::express(parameter.value, if is_total { "W/K" } else { "W/(m2 K)" }, parameter.dimension)?;
+        let own = &edit.machine().contacts[self.0];
+        let (stated, area) = if key.ends_with("total_conductance") {
+            let joined = edit.study.model.network.contacts.iter().find(|group| group.name == *name).map_or(1.0, |group| group.area);
+            let total = units::express(parameter.value, "W/K", parameter.dimension)?;
+            let are_nodes = own.between.iter().all(|place| matches!(place, Place::Node(_)));
+            (total / own.area.unwrap_or(joined), (own.area.is_none() && are_nodes).then(|| format!("area = \"{joined:?} m2\"")))
+        } else {
+            (units::express(parameter.value, "W/(m2 K)", parameter.dimension)?, None)
+        };
         let table = format!("contact.{}", quoted(name));
         let Some(Leaf::Table(entries)) = edit.study.document().leaf(&table)? else { return Ok(None) };
-        let is_kept = |k: &str| k != "conductance" && k != "total_conductance" && !(is_total && k == "area");
-        let kept = entries.iter().filter(|(k, _)| is_kept(k)).map(|(k, v)| format!("{k} = {}", v.to_toml()));
+        let kept = entries.iter().filter(|(k, _)| !k.ends_with("conductance")).map(|(k, v)| format!("{k} = {}", v.to_toml()));
         let drifting = temperature_table(|t| stated * (edit.amplitude * (t - REFERENCE) / DRIFT).exp());
-        let all: Vec<String> = kept.chain(is_total.then(|| "area = \"1 m2\"".to_string())).chain([drifting]).collect();
+        let all: Vec<String> = kept.chain(area).chain([drifting]).collect();
         Ok(Some(vec![(table, format!("{{ {} }}", all.join(", ")))]))
     }
 
