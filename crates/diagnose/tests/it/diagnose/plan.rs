@@ -22,21 +22,18 @@ fn the_least_heat_that_is_seen() {
     exact.settings.usual = Looseness::default();
     let planned = plan(&exact, &Silent).unwrap();
     let careful = plan(&hidden(&[], 1), &Silent).unwrap();
-    for part in ["bracket", "plate"] {
-        let of = |planned: &Plan| {
-            planned.seen.iter().find(|own| own.hypothesis.kind() == "heat source" && own.hypothesis.place == part).cloned()
-        };
-        let own = of(&planned).unwrap();
-        assert!(of(&careful).is_none_or(|careful| own.least < careful.least));
-        let alarms = |watts: f64| {
-            let entry = format!("{{ in = [\"{part}\"], power = \"{watts} W\" }}");
-            let found = SEEDS.map(|seed| diagnose(&hidden(&[("source.hidden", &entry)], seed), &Silent).unwrap().verdict);
-            found.filter(|verdict| *verdict != Verdict::Consistent).count()
-        };
-        let (seen, less) = (alarms(own.least), alarms(0.25 * own.least));
-        println!("{part}: {:.2} W, {:.3} K: {seen} of 4, of a quarter {less}", own.least, own.change);
-        assert!(seen >= 3 && less <= 1, "{part}: {:.2} W: {seen} of 4, of a quarter {less}", own.least);
-    }
+    let of =
+        |planned: &Plan| planned.seen.iter().find(|own| own.hypothesis.kind() == "heat source" && own.hypothesis.place == "plate").cloned();
+    let own = of(&planned).unwrap();
+    assert!(of(&careful).is_none_or(|careful| own.least < careful.least));
+    let alarms = |watts: f64| {
+        let entry = format!("{{ in = [\"plate\"], power = \"{watts} W\" }}");
+        let found = SEEDS.map(|seed| diagnose(&hidden(&[("source.hidden", &entry)], seed), &Silent).unwrap().verdict);
+        found.filter(|verdict| *verdict != Verdict::Consistent).count()
+    };
+    let (seen, less) = (alarms(own.least), alarms(0.25 * own.least));
+    println!("{:.2} W, {:.3} K: {seen} of 4, of a quarter {less}", own.least, own.change);
+    assert!(seen >= 3 && less <= 1, "{:.2} W: {seen} of 4, of a quarter {less}", own.least);
 }
 
 /// Two names of one heat are never told apart; a sensor on the part that has none tells most.

@@ -95,25 +95,23 @@ fn weeks_are_thinned_and_the_cause_is_named() {
 #[test]
 fn a_contact_comes_before_the_gains_that_slopes_prefer() {
     let (file, every) = (study(&[]), log(&study(&[]), 30.0));
-    for watts_per_kelvin in [3.0, 2.0] {
-        let line = ("contact.bearing_housing.total_conductance".to_string(), format!("\"{watts_per_kelvin} W/K\""));
-        let mut problem = Problem::new(file.clone(), measured(&study(&[line]), &every)).thinned();
-        problem.uncertainty = uncertainty(&problem.data, &file);
-        let found = diagnose(&problem, &Silent).unwrap();
-        let named: Vec<String> = found.rungs.iter().flat_map(|r| &r.causes).map(|c| c.hypothesis.kind_and_place()).collect();
-        println!(
-            "{:?} {:?} {:?} {:?}",
-            found.verdict,
-            found.is_vetoed,
-            found.gain.as_ref().map(|g| (g.before, g.after, g.low)),
-            found.explanations.iter().take(3).map(|e| (e.probability, e.misfit, &e.causes, e.level)).collect::<Vec<_>>()
-        );
-        assert_eq!(named, ["contact conductance at bearing_housing"], "{:?}", found.verdict);
-        let (low, high) = found.rungs[0].causes[0].interval();
-        assert!((low..=high).contains(&f64::ln(watts_per_kelvin / 5.0)), "{:?}", (low.exp(), high.exp()));
-        assert_eq!(found.verdict, Verdict::Explained);
-        assert!(found.gain.unwrap().after < 0.1);
-    }
+    let line = ("contact.bearing_housing.total_conductance".to_string(), "\"2 W/K\"".to_string());
+    let mut problem = Problem::new(file.clone(), measured(&study(&[line]), &every)).thinned();
+    problem.uncertainty = uncertainty(&problem.data, &file);
+    let found = diagnose(&problem, &Silent).unwrap();
+    let named: Vec<String> = found.rungs.iter().flat_map(|r| &r.causes).map(|c| c.hypothesis.kind_and_place()).collect();
+    println!(
+        "{:?} {:?} {:?} {:?}",
+        found.verdict,
+        found.is_vetoed,
+        found.gain.as_ref().map(|g| (g.before, g.after, g.low)),
+        found.explanations.iter().take(3).map(|e| (e.probability, e.misfit, &e.causes, e.level)).collect::<Vec<_>>()
+    );
+    assert_eq!(named, ["contact conductance at bearing_housing"], "{:?}", found.verdict);
+    let (low, high) = found.rungs[0].causes[0].interval();
+    assert!((low..=high).contains(&f64::ln(2.0 / 5.0)), "{:?}", (low.exp(), high.exp()));
+    assert_eq!(found.verdict, Verdict::Explained);
+    assert!(found.gain.unwrap().after < 0.1);
 }
 
 /// A motor that stands still throughout gives no law: nothing is in proportion to a speed over a largest speed of nothing.
