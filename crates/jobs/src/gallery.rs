@@ -52,7 +52,7 @@ impl Gallery {
     /// Writes a file that is no picture, named as in [`Gallery::add`].
     ///
     /// # Errors
-    /// It cannot be written.
+    /// The file cannot be written.
     pub fn add_file(&mut self, name: &str, ending: &str, content: &[u8]) -> Result<()> {
         let name = self.free_name(name);
         let path = self.folder.join(format!("{name}.{ending}"));
