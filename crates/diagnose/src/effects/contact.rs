@@ -6,7 +6,6 @@ use super::{Family, Hypothesis, Law, Linearised, Lines, MachineEdit, Site, Told}
 use coldplate_base::error::Result;
 use coldplate_base::document::{Leaf, quoted};
 use coldplate_base::units;
-use coldplate_describe::machine::Place;
 use coldplate_solve::sensitivity::Disturbance;
 use coldplate_solve::study::Study;
 
@@ -14,6 +13,8 @@ use coldplate_solve::study::Study;
 const REFERENCE: f64 = 293.15;
 /// Kelvin over which it changes by its amplitude.
 const DRIFT: f64 = 10.0;
+/// Area of a contact whose total conductance becomes a table, as a share of that of its joint. Chosen: radiation changes by less than any reading.
+const HIDDEN: f64 = 1e-4;
 
 /// Conductance of a contact, logarithm.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -68,14 +69,15 @@ impl Family for Contact {
         if !edit.hypothesis.is_drift() {
             return edit.scaled(&key, edit.amplitude.exp());
         }
-        // A table takes the place of the number. It is per area, which two nodes have only where it is stated.
+        // A table takes the place of the number. It is per area: a total conductance is that of an area which hides next to nothing of the faces
+        // from the chamber, as a contact without an area does.
         let parameter = edit.study.parameter(&key)?;
         let own = &edit.machine().contacts[self.0];
         let (stated, area) = if key.ends_with("total_conductance") {
             let joined = edit.study.model.network.contacts.iter().find(|group| group.name == *name).map_or(1.0, |group| group.area);
+            let area = own.area.unwrap_or(HIDDEN * joined);
             let total = units::express(parameter.value, "W/K", parameter.dimension)?;
-            let are_nodes = own.between.iter().all(|place| matches!(place, Place::Node(_)));
-            (total / own.area.unwrap_or(joined), (own.area.is_none() && are_nodes).then(|| format!("area = \"{joined:?} m2\"")))
+            (total / area, own.area.is_none().then(|| format!("area = \"{area:?} m2\"")))
         } else {
             (units::express(parameter.value, "W/(m2 K)", parameter.dimension)?, None)
         };
