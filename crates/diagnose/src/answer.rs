@@ -288,7 +288,7 @@ impl Weighed<'_> {
     fn rung(&self, found: InForce<'_>, all: &[Cause], kept_out: Option<&KeptOut>) -> Result<Rung> {
         let problem = self.beside.problem;
         let aside = found.aside();
-        // What is in force of some causes alone was never fitted to other rows alone.
+        // Predictions of other rows are of all causes together: of some of them there are none.
         let kept_out = kept_out.filter(|_| found.causes.len() == all.len());
         let gain = kept_out.and_then(|kept_out| self.gain(kept_out, found.ranges(), aside));
         let drawn = if gain.as_ref().is_some_and(|(_, with_numbers)| *with_numbers) { found.drawn() } else { Vec::new() };

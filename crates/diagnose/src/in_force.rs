@@ -39,7 +39,7 @@ pub struct InForce<'b> {
     deviations: DVector<f64>,
 }
 
-/// What the readings say.
+/// Amplitudes and shared errors that the readings ask for.
 struct Said {
     /// Amplitudes of the causes, then coefficients of the shared columns in standard deviations.
     found: DVector<f64>,
@@ -122,7 +122,7 @@ impl<'b> InForce<'b> {
         Ok(())
     }
 
-    /// What the readings say of the amplitudes and of all that rows share.
+    /// Amplitudes and shared errors about the machine in force.
     fn said(&self) -> Option<Said> {
         self.said_about(&self.values)
     }

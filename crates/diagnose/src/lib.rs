@@ -340,7 +340,7 @@ pub struct Explanation {
     pub level: Looseness,
     /// Whether the machine file has words for it.
     pub is_writable: bool,
-    /// What it predicts of each row from all others; none of those far behind.
+    /// Predictions of each row from all others; none of an explanation that is far behind.
     pub(crate) kept_out: Option<Arc<KeptOut>>,
     /// Set of places that it is of, as an index into [`Places::sets`].
     pub of: usize,

@@ -1,6 +1,5 @@
-//! What causes predict of rows that took no part: each row as all others have them.
+//! Predictions of rows that took no part: each row by causes as all other rows have them.
 
-use super::evidence::Posterior;
 use super::response::Slope;
 use super::search::{Fit, Search};
 use crate::open_numbers::OpenNumber;
@@ -16,12 +15,12 @@ pub struct KeptOut {
 }
 
 impl Search<'_> {
-    /// What a fit predicts of each row from all others; `None` where its covariance is not positive. Numbers of the file are columns among
+    /// Predictions of each row from all others by a fit; `None` where its covariance is not positive. Numbers of the file are columns among
     /// those that rows share about this fit.
     pub fn kept_out(&self, fit: &Fit, numbers: &[OpenNumber]) -> Option<KeptOut> {
         let linear = self.linear_about(fit);
         let explained = self.explained(&linear, fit.looseness, &self.followed(&fit.freedoms))?;
-        let posterior: Posterior<'_> = explained.posterior(&fit.freedoms, fit.looseness)?;
+        let posterior = explained.posterior(&fit.freedoms, fit.looseness)?;
         let places: Vec<usize> = numbers.iter().flat_map(|number| number.places.iter().copied()).collect();
         let mut left = linear.residual.clone();
         let mut by_numbers = vec![0.0; left.len()];

@@ -66,7 +66,7 @@ pub struct Way {
     pub probability: f64,
     /// Whether the machine file has words for it.
     pub is_writable: bool,
-    /// What it predicts of each row from all others; none of those far behind.
+    /// Predictions of each row from all others; none of a way that is far behind.
     pub(crate) kept_out: Option<Arc<KeptOut>>,
 }
 

@@ -115,7 +115,7 @@ impl Ways<'_> {
         (log_sum(&all.iter().map(|(log, ..)| *log).collect::<Vec<_>>()), told(all))
     }
 
-    /// What a way predicts of each row from all others, beside numbers of the file that may be off.
+    /// Predictions of each row from all others by a way, beside numbers of the file that may be off.
     pub fn kept_out(&self, way: &FoundWay, numbers: &[OpenNumber]) -> Option<KeptOut> {
         let candidates = self.candidates();
         let about = Search { candidates: &candidates, ..self.search.with_errors_of(self.fit) };

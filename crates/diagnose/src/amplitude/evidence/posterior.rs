@@ -22,9 +22,9 @@ pub struct Posterior<'a> {
 
 /// Coefficients as all rows but one have them.
 pub struct WithoutRow {
-    /// Of the functions of the rows for each cause, in units of its scale.
+    /// Coefficients of the functions of the rows for each cause, in units of its scale.
     pub coefficients: Vec<Vec<f64>>,
-    /// Of the shared columns that were asked for, in standard deviations.
+    /// Coefficients of the shared columns that were asked for, in standard deviations.
     pub shared: Vec<f64>,
 }
 
