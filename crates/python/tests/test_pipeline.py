@@ -93,7 +93,7 @@ def test_readings_in_columns():
     for frame in as_frames(columns):
         found = machine().identify(frame, free=free, cells=150, instruments=FOLDER / "readings.toml")
         assert found.parameters == own.parameters
-    kelvin = {name.replace("motor [degC]", "motor [K]"): values for name, values in columns.items()}
+    kelvin = {name.replace("motor [degC]", "motor [K]"): list(values) for name, values in columns.items()}
     kelvin["motor [K]"] = [value + 273.15 for value in kelvin["motor [K]"]]
     # A reading is missing.
     kelvin["plate [degC]"][0] = None
