@@ -142,22 +142,22 @@ fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnosis> {
     let mut answer = weighed.answer(&explanations, rung.as_ref());
     let is_log = problem.data.is_transient();
     let gain = |rung: &Option<Rung>| rung.as_ref().and_then(|rung| rung.gain.clone());
+    // A law holds in rows that took no part; a number of its own in every row, or a curve over few, says little of them and may act all the same.
+    let scales = &places.scales;
+    let has_laws = all.iter().all(|cause| scales.found(cause.hypothesis.law).is_none_or(|law| !law.is_unknown()));
     let is_extended = answer.verdict.names_causes()
         && rung.as_ref().is_some_and(|rung| {
-            let is_certain = answer.verdict == Verdict::Explained || rung.gain.as_ref().is_none_or(|gain| gain.low > 0.0);
-            rung.share > 0.0 && !rung.gain.as_ref().is_some_and(Gain::is_none) && (is_certain || !is_log)
+            let is_certain = answer.verdict == Verdict::Explained && has_laws || rung.gain.as_ref().is_none_or(|gain| gain.low > 0.0);
+            rung.share > 0.0 && !rung.gain.as_ref().is_some_and(Gain::is_none) && (is_certain || !is_log && has_laws)
         });
     let misses = answer.verdict.names_causes() && rung.as_ref().is_some_and(|rung| rung.share <= 0.0);
     let is_vetoed = answer.verdict.names_causes() && gain(&rung).as_ref().is_some_and(Gain::is_none);
-    // A law holds in rows that took no part; a number of its own in every row, or a curve over few, says nothing of them and may act all the same.
-    let scales = &places.scales;
-    let has_laws = all.iter().all(|cause| scales.found(cause.hypothesis.law).is_none_or(|law| !law.is_unknown()));
     if is_vetoed && has_laws || misses {
         answer.verdict = Verdict::CannotTell;
         answer.level = decide::Level::nothing(answer.level.probability);
     }
-    if answer.verdict == Verdict::Explained && rung.is_none() {
-        // A cause explains nothing for certain whose machine cannot be solved: nobody has seen that this machine predicts the readings.
+    if answer.verdict == Verdict::Explained && (rung.is_none() || is_vetoed) {
+        // A cause explains nothing for certain whose machine cannot be solved or says nothing of rows kept out: nobody has seen it predict any.
         answer.verdict = Verdict::CannotTell;
         answer.level = decide::region(&explanations, problem.settings.certain);
     }

@@ -1,7 +1,11 @@
 //! What a machine with causes in force comes to.
 
+use std::borrow::Cow;
+
+use super::amplitude::{Acting, in_force, runs};
 use super::effects::{Hypothesis, Scales, UserKind};
 use coldplate_base::error::{Error, Result};
+use coldplate_describe::machine::Condition;
 use coldplate_evidence::identify::{self, Runs};
 use coldplate_evidence::measurement::Data;
 use coldplate_solve::study::{StateTables, Study};
@@ -86,14 +90,31 @@ impl Predictor<'_> {
         if members.iter().all(|(h, _)| h.is_sensor()) {
             return Ok(self.predicted.to_vec());
         }
-        let Some(Extended { study, .. }) = self.extended(members)? else {
-            return Err(Error::input("the machine file has no words for this cause"));
-        };
-        if self.data.is_transient() {
-            identify::values_within(&study, self.data, self.runs.start, self.runs.tolerance)
+        let (study, data) = self.acting(members)?;
+        if data.is_transient() {
+            identify::values_within(&study, &data, self.runs.start, self.runs.tolerance)
         } else {
-            Ok(identify::steady_near(&study, self.data, self.fields)?.0)
+            Ok(identify::steady_near(&study, &data, self.fields)?.0)
         }
+    }
+
+    /// The machine with hypotheses in force, and the data as it reads them: with the course of what depends on the order of the rows.
+    fn acting(&self, members: &[(&Hypothesis, f64)]) -> Result<(Study, Cow<'_, Data>)> {
+        let unsaid = || Error::input("the machine file has no words for this cause");
+        let is_in_order = |h: &Hypothesis| !h.is_sensor() && !self.scales.has_formula(h.law);
+        let (in_order, by_formula): (Vec<_>, Vec<_>) = members.iter().copied().partition(|(h, _)| is_in_order(h));
+        let Extended { study, .. } = self.extended(&by_formula)?.ok_or_else(unsaid)?;
+        if in_order.is_empty() {
+            return Ok((study, Cow::Borrowed(self.data)));
+        }
+        let conditions: Vec<&Condition> = self.data.rows.iter().map(|row| &row.condition).collect();
+        let course = |h: &Hypothesis, amplitude: f64| self.scales.factors(h.law, &conditions).iter().map(|f| amplitude * f).collect();
+        let runs = in_order.iter().filter(|(h, _)| runs(self, h));
+        let acting: Vec<Acting<'_>> =
+            runs.map(|(h, amplitude)| Acting { hypothesis: h, values: course(h, *amplitude), is_held: true }).collect();
+        let found = if acting.len() == in_order.len() { in_force(self, (&study, self.data), &acting) } else { None };
+        let (study, data, ..) = found.ok_or_else(unsaid)?;
+        Ok((study, Cow::Owned(data)))
     }
 
     /// How far predictions before the sensors' own errors (K) are from those of full solves with the same hypotheses in force: the
@@ -101,8 +122,8 @@ impl Predictor<'_> {
     pub(super) fn off_in_full(&self, members: &[(&Hypothesis, f64)], values: &[f64]) -> f64 {
         let in_full = || -> Result<Vec<f64>> {
             let acting: Vec<(&Hypothesis, f64)> = members.iter().filter(|(h, _)| !h.is_sensor()).copied().collect();
-            let found = self.extended(&acting)?.ok_or_else(|| Error::input("the machine file has no words for this cause"))?;
-            Ok(identify::steady_near(&found.study.with_tables(StateTables::InFull), self.data, &[])?.0)
+            let (study, data) = self.acting(&acting)?;
+            Ok(identify::steady_near(&study.with_tables(StateTables::InFull), &data, &[])?.0)
         };
         in_full().map_or(f64::INFINITY, |full| full.iter().zip(values).fold(0.0, |m: f64, (f, v)| m.max((f - v).abs())))
     }

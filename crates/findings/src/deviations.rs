@@ -5,7 +5,7 @@ use coldplate_base::error::Result;
 use coldplate_base::numbers::significant;
 use coldplate_base::units;
 use coldplate_describe::machine::{Condition, DescribedVariable, Machine};
-use coldplate_diagnose::{Cause, Diagnosis, Problem, Scales};
+use coldplate_diagnose::{Cause, Diagnosis, Problem};
 use coldplate_solve::meshed::source_powers;
 use coldplate_solve::study::{ParameterKind, Study};
 
@@ -105,11 +105,11 @@ struct Moved {
 
 impl Moved {
     fn of(problem: &Problem, found: &Diagnosis, cause: &Cause) -> Result<Option<Self>> {
-        let scales = Scales::of(&problem.data, &problem.study.model.machine);
+        let scales = &found.places.scales;
         let (a, d) = (cause.amplitude, cause.deviation);
         let down = if cause.hypothesis.is_signed { d } else { d.min(LEAST * a) };
         let at = |amplitude: f64| -> Result<Option<Document>> {
-            let Some(lines) = cause.hypothesis.written(&problem.study, &problem.data, &scales, &problem.user, amplitude)? else {
+            let Some(lines) = cause.hypothesis.written(&problem.study, &problem.data, scales, &problem.user, amplitude)? else {
                 return Ok(None);
             };
             let mut document = problem.document(found.sets.as_deref().unwrap_or(&[]))?;

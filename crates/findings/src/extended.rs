@@ -7,7 +7,7 @@ use coldplate_base::document::{Document, Leaf, name_of};
 use coldplate_base::error::Result;
 use coldplate_base::numbers::significant;
 use coldplate_describe::machine::{DescribedVariable, Machine};
-use coldplate_diagnose::{Cause, Diagnosis, Problem, Scales, sentence};
+use coldplate_diagnose::{Cause, Diagnosis, Problem, sentence};
 use coldplate_evidence::identify::model_error_line;
 
 /// The extended machine file as it is to be written.
@@ -63,6 +63,9 @@ impl ExtendedMachine {
                     if part.hypothesis.is_fixed() {
                         remarks.push("  (their entries have changed places here: each reads where the other one was)".into());
                     }
+                    if part.hypothesis.is_written_afterwards(&found.places.scales) {
+                        remarks.push("  (it depends on the order of the rows: here it is as it is after the last one)".into());
+                    }
                 }
             }
             None => {
@@ -104,7 +107,7 @@ impl ExtendedMachine {
 
 /// Value of every key at both ends of the interval of its cause.
 fn ends(problem: &Problem, found: &Diagnosis) -> Result<Vec<(String, [String; 2])>> {
-    let scales = Scales::of(&problem.data, &problem.study.model.machine);
+    let scales = &found.places.scales;
     let parts: &[Cause] = match (found.rungs.first(), found.explanations.first()) {
         (Some(rung), _) if found.is_calibrated() => &rung.refitted,
         (_, Some(best)) => &best.causes,
@@ -113,7 +116,7 @@ fn ends(problem: &Problem, found: &Diagnosis) -> Result<Vec<(String, [String; 2]
     let mut all: Vec<(String, [String; 2])> = Vec::new();
     for part in parts {
         let (low, high) = part.interval();
-        let at = |amplitude: f64| part.hypothesis.written(&problem.study, &problem.data, &scales, &problem.user, amplitude);
+        let at = |amplitude: f64| part.hypothesis.written(&problem.study, &problem.data, scales, &problem.user, amplitude);
         let (Some(low), Some(high)) = (at(low)?, at(high)?) else { continue };
         for ((key, low), (other, high)) in low.into_iter().zip(high) {
             if key == other && all.iter().all(|(known, _)| *known != key) {

@@ -4,7 +4,7 @@ use std::sync::{Arc, PoisonError};
 
 use super::evidence::{Explained, Freedom};
 use super::profiles::{Curve, Function};
-use super::rows::{KEPT, Looseness, Rows};
+use super::rows::{Looseness, Rows};
 use super::search::{Candidate, Linear, Open, Search, Sought, near_by};
 
 /// Laws of a log that one amplitude follows at most. Chosen: what asks for more is a curve.
@@ -114,16 +114,8 @@ impl Search<'_> {
     /// A linear model with the functions that each amplitude may follow, whitened under a looseness; `None` as in [`Search::rows_at`].
     pub(super) fn explained<'l>(&self, linear: &Linear<'l>, looseness: Looseness, followed: &[Vec<usize>]) -> Option<Arc<Explained<'l>>> {
         let rows = self.rows_at(looseness)?;
-        let mut known = linear.known.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(found) = known.iter().find(|own| own.is_of(&rows, followed)) {
-            return Some(found.clone());
-        }
-        let found = Arc::new(Explained::new(rows, linear.profiles, &linear.residual, &linear.slopes, followed));
-        if known.len() >= KEPT {
-            known.remove(0);
-        }
-        known.push(found.clone());
-        Some(found)
+        let new = || Arc::new(Explained::new(rows.clone(), linear.profiles, &linear.residual, &linear.slopes, followed));
+        Some(linear.known.get(|own| own.is_of(&rows, followed), new))
     }
 
     /// Evidence that a way of one member loses where its amplitude wants to be beyond its range.

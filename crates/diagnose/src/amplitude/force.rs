@@ -5,6 +5,8 @@ use crate::Problem;
 use crate::effects::{Hypothesis, Law, LawForm, Scales};
 use crate::predictor::{Predictor, in_order};
 use crate::when::Added;
+use coldplate_evidence::measurement::Data;
+use coldplate_solve::study::Study;
 
 /// Step of the mean amplitude by which slopes along a course are scaled, as a share of the kind's scale.
 pub const STEP: f64 = 0.1;
@@ -34,36 +36,43 @@ pub struct Forced {
 impl Forced {
     /// The machine with some causes; `None` where the machine file has no words for one.
     pub fn new(problem: &Problem, predictor: &Predictor<'_>, members: &[Acting<'_>]) -> Option<Self> {
+        let (study, data, scales, laws) = in_force(predictor, (&problem.study, &problem.data), members)?;
         let given = &problem.study.model.machine.variables;
-        let name = |k: usize| format!("{COURSE}{k}");
-        let added = |(k, own): (usize, &Acting<'_>)| Added {
-            name: name(k),
-            declared: "{ unit = \"1\", default = \"0\" }",
-            values: own.values.clone(),
-            is_held: own.is_held,
-        };
-        let added: Vec<Added> = members.iter().enumerate().map(added).collect();
-        let mut study = problem.study.edited(&Added::lines(&added, problem.study.document()).ok()?).ok()?;
-        let variables = study.model.machine.variables.clone();
-        let data = Added::fill(problem.data.clone(), given, &variables, &added);
         let mut uncertainty = problem.uncertainty.clone();
         let before = |name: &str| given.iter().position(|own| own.name == name);
         let stated = |name: &str| before(name).and_then(|v| uncertainty.variables.get(v).copied()).unwrap_or_default();
-        uncertainty.variables = variables.iter().map(|v| stated(&v.name)).collect();
-        let scales = Scales::of(&data, &study.model.machine);
-        let mut laws = Vec::new();
-        for (k, Acting { hypothesis: h, values, .. }) in members.iter().enumerate() {
-            let at = variables.iter().position(|v| v.name == name(k))?;
-            let (law, amplitude) =
-                if runs(predictor, h) { (h.by_course(Law::Of(at, LawForm::Course)), 1.0) } else { ((*h).clone(), values[0]) };
-            let lines = law.sets(&study, &scales, predictor.user, amplitude).ok()??;
-            if !lines.is_empty() {
-                study = study.edited(&lines).ok()?;
-            }
-            laws.push((law, amplitude));
-        }
+        uncertainty.variables = study.model.machine.variables.iter().map(|v| stated(&v.name)).collect();
         Some(Self { problem: Problem { study, data, uncertainty, ..problem.clone() }, scales, laws })
     }
+}
+
+/// A machine and data with some causes in force, where laws are one there, and each cause under its law with its amplitude; `None` where the
+/// machine file has no words for one.
+pub fn in_force(
+    predictor: &Predictor<'_>,
+    (study, data): (&Study, &Data),
+    members: &[Acting<'_>],
+) -> Option<(Study, Data, Scales, Vec<(Hypothesis, f64)>)> {
+    let given = &study.model.machine.variables;
+    let name = |k: usize| format!("{COURSE}{k}");
+    let added = |(k, own): (usize, &Acting<'_>)| Added { is_held: own.is_held, ..Added::new(name(k), own.values.clone()) };
+    let added: Vec<Added> = members.iter().enumerate().map(added).collect();
+    let mut own = study.edited(&Added::lines(&added, study.document()).ok()?).ok()?;
+    let variables = own.model.machine.variables.clone();
+    let data = Added::fill(data.clone(), given, &variables, &added);
+    let scales = Scales::of(&data, &own.model.machine);
+    let mut laws = Vec::new();
+    for (k, Acting { hypothesis: h, values, .. }) in members.iter().enumerate() {
+        let at = variables.iter().position(|v| v.name == name(k))?;
+        let (law, amplitude) =
+            if runs(predictor, h) { (h.by_course(Law::Of(at, LawForm::Course)), 1.0) } else { ((*h).clone(), values[0]) };
+        let lines = law.sets(&own, &scales, predictor.user, amplitude).ok()??;
+        if !lines.is_empty() {
+            own = own.edited(&lines).ok()?;
+        }
+        laws.push((law, amplitude));
+    }
+    Some((own, data, scales, laws))
 }
 
 /// Whether the amplitude of a cause may run over the rows: whether the machine file, or what shows its readings, has words for that.

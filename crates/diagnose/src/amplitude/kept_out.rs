@@ -26,12 +26,16 @@ impl Search<'_> {
         let mut by_numbers = vec![0.0; left.len()];
         for (row, without) in posterior.without_each_row(&places)?.iter().enumerate() {
             let readings = explained.readings(row);
-            for ((member, slope), own) in fit.members.iter().zip(&linear.slopes).zip(&without.coefficients) {
+            for (k, (member, slope)) in fit.members.iter().zip(&linear.slopes).enumerate() {
+                let candidate = &self.candidates[*member];
+                // What is or is not, under one law, is not weighed anew.
+                let is_given = candidate.is_fixed && fit.freedoms[k].freedom == 0.0;
+                let own = if is_given && self.is_log() { &fit.amplitudes[k] } else { &without.coefficients[k] };
                 match slope {
                     Slope::OfRow(slope) => {
-                        let range = self.candidates[*member].range;
-                        let amplitude = own.iter().zip(&linear.profiles.functions.row(row)).map(|(c, f)| c * f).sum::<f64>();
-                        let amplitude = amplitude.clamp(range.0, range.1);
+                        let said = || own.iter().zip(&linear.profiles.functions.row(row)).map(|(c, f)| c * f).sum::<f64>();
+                        let amplitude = if is_given { fit.amplitudes[k][row] } else { said() };
+                        let amplitude = amplitude.clamp(candidate.range.0, candidate.range.1);
                         readings.clone().for_each(|i| left[i] -= amplitude * slope[i]);
                     }
                     Slope::OfFunctions(columns) => {

@@ -17,9 +17,43 @@ use crate::triangular::cholesky;
 use coldplate_evidence::discrepancy::{DiscrepancySize, ErrorParts};
 use coldplate_evidence::measurement::whiten::Noise;
 
-/// Stretches of a log that are kept under as many loosenesses. Each may have megabytes, and every set about the machine that has it has its own;
-/// a search by steps asks for its neighbours again.
-pub const KEPT: usize = 6;
+/// Stretches of a log that are kept under as many loosenesses, of which each may have megabytes. A search by steps of two sizes, the wandering and
+/// the noise, from a given looseness and from none, asks for these two and six neighbours, again for every set; two more are those it steps to.
+const KEPT: usize = 10;
+
+/// What was made last, for who asks for it again.
+#[derive(Debug)]
+pub struct Recent<T>(Mutex<Vec<Arc<T>>>);
+
+impl<T> Default for Recent<T> {
+    fn default() -> Self {
+        Self(Mutex::default())
+    }
+}
+
+impl<T> Recent<T> {
+    /// The one that is asked for, made if it is not known.
+    pub fn get(&self, is_asked: impl Fn(&T) -> bool, make: impl FnOnce() -> Arc<T>) -> Arc<T> {
+        let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(place) = all.iter().position(|own| is_asked(own)) {
+            all[place..].rotate_left(1);
+            return all[all.len() - 1].clone();
+        }
+        drop(all);
+        let found = make();
+        let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if all.len() >= KEPT {
+            all.remove(0);
+        }
+        all.push(found.clone());
+        found
+    }
+
+    /// Forgets all.
+    pub fn clear(&self) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).clear();
+    }
+}
 
 /// Errors of the readings of a table, K.
 #[derive(Debug, Clone)]
@@ -62,7 +96,7 @@ pub struct LogNoise {
     /// Time over which the errors wander, as a share of the test.
     pub memory: f64,
     /// Stretches under the loosenesses that were asked for last.
-    pub known: Arc<Mutex<Vec<Arc<Rows>>>>,
+    pub known: Arc<Recent<Rows>>,
 }
 
 impl Errors {
@@ -274,17 +308,7 @@ impl Rows {
 
     /// The stretches of logs under a looseness.
     pub fn of_logs(errors: &Errors, log: &LogNoise, looseness: Looseness) -> Arc<Self> {
-        let known = |all: &Vec<Arc<Self>>| all.iter().find(|rows| rows.is_under(looseness)).cloned();
-        if let Some(rows) = known(&log.known.lock().unwrap_or_else(PoisonError::into_inner)) {
-            return rows;
-        }
-        let rows = Arc::new(Self::wandering(errors, log, looseness));
-        let mut all = log.known.lock().unwrap_or_else(PoisonError::into_inner);
-        if all.len() >= KEPT {
-            all.remove(0);
-        }
-        all.push(rows.clone());
-        rows
+        log.known.get(|rows| rows.is_under(looseness), || Arc::new(Self::wandering(errors, log, looseness)))
     }
 
     fn wandering(errors: &Errors, log: &LogNoise, looseness: Looseness) -> Self {

@@ -8,7 +8,7 @@ use super::evidence::{Explained, Freedom, Posterior};
 use super::profiles::Profiles;
 use super::relaxation::Relaxation;
 use super::response::{Answer, Slope};
-use super::rows::{Errors, Looseness, Rows};
+use super::rows::{Errors, Looseness, Recent, Rows};
 use super::settings::AmplitudeSettings;
 use super::wrong::{Wrong, log_odds};
 
@@ -253,7 +253,15 @@ impl<'a> Search<'a> {
     /// without. What cannot be solved so keeps the fit.
     pub fn refined(&self, fit: Fit) -> Fit {
         let Some(about) = self.about else { return fit };
-        let mut fit = fit;
+        let fit = self.refined_by(about, fit);
+        // What was made of its errors is seldom asked for again, and large.
+        if let Some(log) = fit.errors.as_deref().and_then(|errors| errors.log.as_ref()) {
+            log.known.clear();
+        }
+        fit
+    }
+
+    fn refined_by(&self, about: About<'_>, mut fit: Fit) -> Fit {
         let (mut moved, mut relaxation) = (f64::INFINITY, Relaxation::default());
         for place in 0..MOST_REFERENCES {
             let known = fit.errors.as_deref().filter(|_| moved < NEAR);
@@ -340,7 +348,7 @@ impl<'a> Search<'a> {
             slopes.push(slope);
         }
         self.errors.aside.iter().for_each(|i| residual[*i] = 0.0);
-        Linear { residual, slopes, profiles: self.profiles, known: Mutex::default() }
+        Linear { residual, slopes, profiles: self.profiles, known: Recent::default() }
     }
 
     /// The linear model about a fit.
@@ -609,7 +617,7 @@ pub struct Linear<'a> {
     /// Functions of the rows.
     pub profiles: &'a Profiles,
     /// Whitened as was asked for last.
-    pub known: Mutex<Vec<Arc<Explained<'a>>>>,
+    pub known: Recent<Explained<'a>>,
 }
 
 /// A value among some, with the ones beside it.

@@ -304,6 +304,23 @@ impl FoundLaw {
         })
     }
 
+    /// Its factor in all rows after those of the data, where these say it: what set in stays, and what is another number in every row is about
+    /// their mean.
+    pub fn factor_afterwards(&self) -> Option<f64> {
+        match self {
+            Self::One | Self::Rows(Sequence::From(_)) => Some(1.0),
+            Self::Over(axis, Course::Above(_)) if axis.is_count() => Some(1.0),
+            // Rows without readings have none.
+            Self::Rows(Sequence::Free(factors)) => {
+                let own = || factors.iter().filter(|factor| **factor != 0.0);
+                Some(own().sum::<f64>() / own().count().max(1) as f64)
+            }
+            Self::Over(..) | Self::Rows(_) => None,
+            Self::Product(both) => Some(both[0].factor_afterwards()? * both[1].factor_afterwards()?),
+            Self::Sum(all) => all.iter().map(|(share, law)| Some(share * law.factor_afterwards()?)).sum(),
+        }
+    }
+
     /// How it depends on the condition, in words.
     pub fn words(&self) -> String {
         match self {

@@ -316,17 +316,33 @@ impl Hypothesis {
         self.effect.family().lines(&MachineEdit { study, scales, user, hypothesis: self, amplitude })
     }
 
-    /// The lines of a machine file of its own that say all of it, what sensors show included.
+    /// The lines of a machine file of its own that say all of it, what sensors show included: of what depends on the order of the rows, as it
+    /// is after them.
     ///
     /// # Errors
     /// As [`Hypothesis::sets`].
     pub fn written(&self, study: &Study, data: &Data, scales: &Scales, user: &[UserKind], amplitude: f64) -> Result<Lines> {
+        if let Some((own, amplitude)) = self.afterwards(scales, amplitude) {
+            return own.written(study, data, scales, user, amplitude);
+        }
         match self.sensor() {
             // The machine file has no words for a sensor whose error is not always alike.
             Some(_) if self.law.is_formula() => Ok(None),
             Some(sensor) => sensor.written(study, data, amplitude),
             None => self.sets(study, scales, user, amplitude),
         }
+    }
+
+    /// The cause as it acts after the rows of the data and its amplitude, where it depends on their order in a way that no formula of its says.
+    fn afterwards(&self, scales: &Scales, amplitude: f64) -> Option<(Self, f64)> {
+        let is_said = !self.law.is_formula() || !self.is_sensor() && scales.has_formula(self.law);
+        let factor = scales.factor_afterwards(self.law).filter(|_| !is_said)?;
+        Some((self.under_usual_law(), factor * amplitude))
+    }
+
+    /// Whether a machine file has it as it acts after the rows of the data alone.
+    pub fn is_written_afterwards(&self, scales: &Scales) -> bool {
+        self.afterwards(scales, 1.0).is_some()
     }
 
     /// Whether it is the same cause, whatever its amplitude may be.
