@@ -12,7 +12,6 @@ use super::Problem;
 use super::amplitude::{Beside, Errors, Looseness, Rows};
 use super::effects::{Hypothesis, Sensor};
 use super::next::{Proposed, with_all_proposed};
-use super::triangular::solve_lower;
 use super::when::TEST_NUMBER;
 use coldplate_base::error::{Error, Result};
 use coldplate_base::progress::Progress;
@@ -232,11 +231,8 @@ impl Detection<'_> {
         let eliminated = rows.eliminated(self.looseness).ok_or_else(open)?;
         let whitened = |column: &Vec<f64>| rows.whiten(&readings.iter().map(|i| column[*i]).collect::<Vec<f64>>());
         let columns = DMatrix::from_columns(&self.columns.par_iter().map(whitened).collect::<Vec<_>>());
-        let mut shared = DMatrix::zeros(eliminated.acting.len(), columns.ncols());
-        for (mut row, (k, deviation)) in shared.row_iter_mut().zip(&eliminated.acting) {
-            row.copy_from(&(rows.shared.column(*k).tr_mul(&columns) * *deviation));
-        }
-        solve_lower(eliminated.factor.l_dirty(), &mut shared);
+        let products = rows.shared.tr_mul(&columns);
+        let shared = eliminated.along(columns.ncols(), |k, c| products[(k, c)]);
         let square = |c: usize| columns.column(c).norm_squared() - shared.column(c).norm_squared();
         let mut seen: Vec<(usize, f64)> = (0..columns.ncols()).map(|c| (c, square(c).max(0.0).sqrt())).collect();
         seen.retain(|(_, length)| *length >= self.seen);

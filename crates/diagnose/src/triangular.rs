@@ -2,7 +2,7 @@
 
 use faer::linalg::solvers::Llt;
 use faer::{MatRef, Side};
-use nalgebra::{Cholesky, DMatrix, DMatrixView, DMatrixViewMut, Dyn};
+use nalgebra::{Cholesky, DMatrix, DMatrixView, DMatrixViewMut, Dyn, SymmetricEigen};
 
 /// Unknowns below which a system is solved column by column. Chosen; it decides the time alone.
 const SMALL: usize = 32;
@@ -16,6 +16,15 @@ pub fn cholesky(matrix: DMatrix<f64>) -> Option<Cholesky<f64, Dyn>> {
     let factor = Llt::new(MatRef::from_column_major_slice(matrix.as_slice(), size, size), Side::Lower).ok()?;
     let lower = factor.L();
     Some(Cholesky::pack_dirty(DMatrix::from_fn(size, size, |i, j| if i >= j { lower[(i, j)] } else { 0.0 })))
+}
+
+/// Eigenvectors of a symmetric matrix, one column each.
+pub fn eigenvectors(matrix: DMatrix<f64>) -> DMatrix<f64> {
+    let size = matrix.nrows();
+    match MatRef::from_column_major_slice(matrix.as_slice(), size, size).self_adjoint_eigen(Side::Lower) {
+        Ok(found) => DMatrix::from_fn(size, size, |i, j| found.U()[(i, j)]),
+        Err(_) => SymmetricEigen::new(matrix).eigenvectors,
+    }
 }
 
 /// Solves L X = B in place of B, with the triangle of L below its diagonal. The system is halved again and again, so that most of the work is

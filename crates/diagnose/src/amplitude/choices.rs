@@ -51,37 +51,38 @@ impl Search<'_> {
             + s.noise_price * (looseness.noise - 1.0)
     }
 
-    /// Looseness that differs in one size, where it is sought: by one step in those that rows are whitened by, and in the others, which come first,
-    /// by any or by one.
-    fn one_size_from(&self, at: Looseness, sought: Sought) -> Vec<Looseness> {
+    /// Looseness that differs in one size, where it is sought: first in those of shared columns, by any or by one step, then by one step in those
+    /// that rows are whitened by.
+    fn one_size_from(&self, at: Looseness, sought: Sought) -> [Vec<Looseness>; 2] {
         if sought == Sought::AsItIs {
-            return Vec::new();
+            return Default::default();
         }
         let s = self.settings;
         let any_or_near = |all: &[f64], value: f64| if sought == Sought::All { all.to_vec() } else { near_by(all, value) };
-        let mut all: Vec<Looseness> = any_or_near(&s.spreads, at.spread).into_iter().map(|spread| Looseness { spread, ..at }).collect();
+        let mut shared: Vec<Looseness> = any_or_near(&s.spreads, at.spread).into_iter().map(|spread| Looseness { spread, ..at }).collect();
+        let mut own: Vec<Looseness> = near_by(&s.noises, at.noise).into_iter().map(|noise| Looseness { noise, ..at }).collect();
+        let in_time = if self.is_log() { &mut shared } else { &mut own };
         // A level or a condition that is off by more than is usual throughout a test of a log is a cause, which has a name.
         let may_be = |own: f64, usual: f64| !self.is_log() || own <= usual;
         if !self.errors.levels.is_empty() {
             let levels = if self.is_log() { any_or_near(&s.disturbances, at.level) } else { near_by(&s.disturbances, at.level) };
-            all.extend(levels.into_iter().filter(|own| may_be(*own, s.usual.level)).map(|level| Looseness { level, ..at }));
-        }
-        if self.is_log() {
-            let heats = any_or_near(&s.wandering_heats, at.disturbance);
-            all.extend(heats.into_iter().map(|disturbance| Looseness { disturbance, ..at }));
-            all.extend(near_by(&s.wanderings, at.wandering).into_iter().map(|wandering| Looseness { wandering, ..at }));
-        } else {
-            all.extend(near_by(&s.disturbances, at.disturbance).into_iter().map(|disturbance| Looseness { disturbance, ..at }));
+            in_time.extend(levels.into_iter().filter(|own| may_be(*own, s.usual.level)).map(|level| Looseness { level, ..at }));
         }
         if !self.errors.conditions.is_empty() {
             let errors = near_by(&s.condition_errors, at.conditions);
-            all.extend(errors.into_iter().filter(|own| may_be(*own, s.usual.conditions)).map(|conditions| Looseness { conditions, ..at }));
+            in_time
+                .extend(errors.into_iter().filter(|own| may_be(*own, s.usual.conditions)).map(|conditions| Looseness { conditions, ..at }));
         }
-        all.extend(near_by(&s.noises, at.noise).into_iter().map(|noise| Looseness { noise, ..at }));
-        all
+        let heats = if self.is_log() { any_or_near(&s.wandering_heats, at.disturbance) } else { near_by(&s.disturbances, at.disturbance) };
+        in_time.extend(heats.into_iter().map(|disturbance| Looseness { disturbance, ..at }));
+        if self.is_log() {
+            own.extend(near_by(&s.wanderings, at.wandering).into_iter().map(|wandering| Looseness { wandering, ..at }));
+        }
+        [shared, own]
     }
 
-    /// The looseness of the model with the largest evidence under given freedoms, found by one size at a time.
+    /// The looseness of the model with the largest evidence under given freedoms, found by one size at a time. Rows are whitened anew only where
+    /// the sizes of the shared columns are the best ones.
     pub(super) fn loosest(&self, linear: &Linear<'_>, freedoms: &[Freedom], from: Looseness, sought: Sought) -> (Looseness, f64) {
         let followed = self.followed(freedoms);
         let mut tried: Vec<(Looseness, f64)> = Vec::new();
@@ -97,12 +98,12 @@ impl Search<'_> {
         let mut best = (from, f64::NEG_INFINITY);
         for start in [from, Looseness::default()].into_iter().take(if sought == Sought::All { 2 } else { 1 }) {
             let mut own = evidence(start);
-            loop {
-                let steps = self.one_size_from(own.0, sought).into_iter().map(&mut evidence);
-                match steps.max_by(|a, b| a.1.total_cmp(&b.1)).filter(|step| step.1 > own.1) {
-                    Some(step) => own = step,
-                    None => break,
-                }
+            let mut best_step = |from: (Looseness, f64)| {
+                let best = |steps: Vec<Looseness>| steps.into_iter().map(&mut evidence).max_by(|a, b| a.1.total_cmp(&b.1));
+                self.one_size_from(from.0, sought).into_iter().filter_map(best).find(|step| step.1 > from.1)
+            };
+            while let Some(step) = best_step(own) {
+                own = step;
             }
             if own.1 > best.1 {
                 best = own;
@@ -114,8 +115,9 @@ impl Search<'_> {
     /// A linear model with the functions that each amplitude may follow, whitened under a looseness; `None` as in [`Search::rows_at`].
     pub(super) fn explained<'l>(&self, linear: &Linear<'l>, looseness: Looseness, followed: &[Vec<usize>]) -> Option<Arc<Explained<'l>>> {
         let rows = self.rows_at(looseness)?;
-        let new = || Arc::new(Explained::new(rows.clone(), linear.profiles, &linear.residual, &linear.slopes, followed));
-        Some(linear.known.get(|own| own.is_of(&rows, followed), new))
+        let known = linear.known.find(|own| own.is_of(&rows, followed));
+        let new = || Explained::new(rows, linear.profiles, &linear.residual, &linear.slopes, followed);
+        Some(known.unwrap_or_else(|| linear.known.keep(Arc::new(new()))))
     }
 
     /// Evidence that a way of one member loses where its amplitude wants to be beyond its range.

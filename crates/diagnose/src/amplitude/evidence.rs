@@ -18,7 +18,6 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use super::profiles::{Curve, Function, Profiles};
 use super::response::Slope;
 use super::rows::{Looseness, Rows};
-use crate::triangular::solve_lower;
 pub use posterior::{Functions, Posterior};
 
 /// Standard deviation of what is in proportion to a variable, as a share of that of the mean amplitude. Chosen: a law is about as large as
@@ -208,11 +207,7 @@ impl<'a> Explained<'a> {
         }
         let eliminated = self.rows.eliminated(looseness)?;
         let (q, own) = (self.rows.shared.ncols(), self.profiled.ncols() + 1);
-        let mut along = DMatrix::from_fn(eliminated.acting.len(), own, |i, j| {
-            let (k, deviation) = eliminated.acting[i];
-            deviation * self.gram[(k, q + j)]
-        });
-        solve_lower(eliminated.factor.l_dirty(), &mut along);
+        let along = eliminated.along(own, |k, j| self.gram[(k, q + j)]);
         let mut products = self.gram.view((q, q), (own, own)).into_owned();
         products.gemm(-1.0, &along.transpose(), &along, 1.0);
         let found = Arc::new(Reduced { looseness, products, log_determinant: eliminated.log_determinant });

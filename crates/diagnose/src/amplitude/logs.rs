@@ -7,7 +7,6 @@
 //! test.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector, SVD};
 
@@ -275,26 +274,28 @@ impl<'a> Log<'a> {
         let most = self.settings.wandering_heats.iter().copied().fold(0.0, f64::max);
         let noise = found.errors.noise().to_vec();
         // One test shows nothing that differs from test to test.
-        let (levels, conditions) = match data.tests().len() {
+        let (levels, conditions): (Vec<Vec<f64>>, Vec<Vec<f64>>) = match data.tests().len() {
             0 | 1 => Default::default(),
             _ => {
                 let shared = whiten::common_errors(data, &self.problem.uncertainty, &found.found.prediction.conditions);
                 (self.levels(about), shared.into_iter().skip(data.sensors.len()).collect())
             }
         };
+        let (numbers, heats) = (found.errors.numbers().to_vec(), few(heated, &noise, LOST / (most * most)));
+        let columns = stated.len() + numbers.len() + heats.len() + levels.len() + conditions.len();
         Errors {
             row_of: self.stretches.clone(),
             stated,
             uncertain: uncertain(&found.errors),
-            numbers: found.errors.numbers().to_vec(),
-            heats: few(heated, &noise, LOST / (most * most)),
+            numbers,
+            heats,
             levels,
             noise,
             conditions,
             wrong_conditions: Vec::new(),
             biases: data.sensors.len(),
             aside: Vec::new(),
-            log: Some(LogNoise { parts: found.errors.clone(), memory: self.settings.wandering_memory, known: Arc::default() }),
+            log: Some(LogNoise::new(found.errors.clone(), self.settings.wandering_memory, [self.stretches.len(), columns])),
         }
     }
 

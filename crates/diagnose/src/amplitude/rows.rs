@@ -13,45 +13,51 @@ use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::triangular::cholesky;
+use crate::triangular::{cholesky, eigenvectors, solve_lower};
 use coldplate_evidence::discrepancy::{DiscrepancySize, ErrorParts};
 use coldplate_evidence::measurement::whiten::Noise;
 
-/// Stretches of a log that are kept under as many loosenesses, of which each may have megabytes. A search by steps of two sizes, the wandering and
-/// the noise, from a given looseness and from none, asks for these two and six neighbours, again for every set; two more are those it steps to.
-const KEPT: usize = 10;
+/// Numbers that stretches of one machine may take, under all loosenesses that are kept: 256 MB.
+const KEPT_NUMBERS: usize = 32 << 20;
+/// Shared columns eliminated under as many loosenesses are kept. Chosen: those of a search by steps from two places.
+const ELIMINATED: usize = 32;
+/// Least and most loosenesses under which stretches are kept: those next to one of them, and all pairs of wandering and noise that are tried.
+const KEPT: (usize, usize) = (6, 24);
 
 /// What was made last, for who asks for it again.
 #[derive(Debug)]
-pub struct Recent<T>(Mutex<Vec<Arc<T>>>);
-
-impl<T> Default for Recent<T> {
-    fn default() -> Self {
-        Self(Mutex::default())
-    }
+pub struct Recent<T> {
+    most: usize,
+    all: Mutex<Vec<Arc<T>>>,
 }
 
 impl<T> Recent<T> {
-    /// The one that is asked for, made if it is not known.
-    pub fn get(&self, is_asked: impl Fn(&T) -> bool, make: impl FnOnce() -> Arc<T>) -> Arc<T> {
-        let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(place) = all.iter().position(|own| is_asked(own)) {
-            all[place..].rotate_left(1);
-            return all[all.len() - 1].clone();
-        }
-        drop(all);
-        let found = make();
-        let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        if all.len() >= KEPT {
+    /// As many as this at most.
+    pub fn of(most: usize) -> Self {
+        Self { most, all: Mutex::default() }
+    }
+
+    /// The one that is asked for, if it is known.
+    pub fn find(&self, is_asked: impl Fn(&T) -> bool) -> Option<Arc<T>> {
+        let mut all = self.all.lock().unwrap_or_else(PoisonError::into_inner);
+        let place = all.iter().position(|own| is_asked(own))?;
+        all[place..].rotate_left(1);
+        all.last().cloned()
+    }
+
+    /// Keeps one, and forgets the one that was asked for longest ago where they are too many.
+    pub fn keep(&self, own: Arc<T>) -> Arc<T> {
+        let mut all = self.all.lock().unwrap_or_else(PoisonError::into_inner);
+        if all.len() >= self.most {
             all.remove(0);
         }
-        all.push(found.clone());
-        found
+        all.push(own.clone());
+        own
     }
 
     /// Forgets all.
     pub fn clear(&self) {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).clear();
+        self.all.lock().unwrap_or_else(PoisonError::into_inner).clear();
     }
 }
 
@@ -97,6 +103,15 @@ pub struct LogNoise {
     pub memory: f64,
     /// Stretches under the loosenesses that were asked for last.
     pub known: Arc<Recent<Rows>>,
+}
+
+impl LogNoise {
+    /// Of so many readings beside so many shared columns.
+    pub fn new(parts: ErrorParts, memory: f64, [readings, columns]: [usize; 2]) -> Self {
+        let numbers = columns * (readings + columns);
+        let most = (KEPT_NUMBERS / numbers.max(1)).clamp(KEPT.0, KEPT.1);
+        Self { parts, memory, known: Arc::new(Recent::of(most)) }
+    }
 }
 
 impl Errors {
@@ -164,12 +179,30 @@ enum Whitening {
 #[derive(Debug)]
 pub struct Eliminated {
     looseness: Looseness,
-    /// Columns that act, with their standard deviations.
-    pub acting: Vec<(usize, f64)>,
-    /// Factor of their matrix.
-    pub factor: Cholesky<f64, Dyn>,
-    /// Logarithm of its determinant.
+    /// Columns of the disturbance of a log that act, which are at right angles, with the root of the diagonal of their inverse matrix.
+    heats: Vec<(usize, f64)>,
+    /// Other columns that act, with their standard deviations.
+    others: Vec<(usize, f64)>,
+    /// Products of these with those, in units of both.
+    across: DMatrix<f64>,
+    /// Factor of the matrix of the others without what the disturbance takes.
+    factor: Cholesky<f64, Dyn>,
+    /// Logarithm of the determinant of the whole matrix.
     pub log_determinant: f64,
+}
+
+impl Eliminated {
+    /// Columns, given by their products with shared ones, along these: what they take from the products of columns are those of what is returned.
+    pub fn along(&self, count: usize, product: impl Fn(usize, usize) -> f64) -> DMatrix<f64> {
+        let scaled = |own: &[(usize, f64)]| DMatrix::from_fn(own.len(), count, |i, j| own[i].1 * product(own[i].0, j));
+        let (heats, mut others) = (scaled(&self.heats), scaled(&self.others));
+        others.gemm(-1.0, &self.across, &heats, 1.0);
+        solve_lower(self.factor.l_dirty(), &mut others);
+        let mut all = DMatrix::zeros(heats.nrows() + others.nrows(), count);
+        all.rows_range_mut(..heats.nrows()).copy_from(&heats);
+        all.rows_range_mut(heats.nrows()..).copy_from(&others);
+        all
+    }
 }
 
 impl Looseness {
@@ -209,7 +242,7 @@ pub struct Rows {
     levels: usize,
     biases: usize,
     log_determinant: f64,
-    eliminated: Mutex<Vec<Arc<Eliminated>>>,
+    eliminated: Recent<Eliminated>,
 }
 
 /// Places of uncertain numbers among the errors that readings share.
@@ -308,7 +341,8 @@ impl Rows {
 
     /// The stretches of logs under a looseness.
     pub fn of_logs(errors: &Errors, log: &LogNoise, looseness: Looseness) -> Arc<Self> {
-        log.known.get(|rows| rows.is_under(looseness), || Arc::new(Self::wandering(errors, log, looseness)))
+        let known = log.known.find(|rows| rows.is_under(looseness));
+        known.unwrap_or_else(|| log.known.keep(Arc::new(Self::wandering(errors, log, looseness))))
     }
 
     fn wandering(errors: &Errors, log: &LogNoise, looseness: Looseness) -> Self {
@@ -343,14 +377,27 @@ impl Rows {
             levels: 0,
             biases,
             log_determinant,
-            eliminated: Mutex::default(),
+            eliminated: Recent::of(ELIMINATED),
         }
     }
 
     fn with_columns(self, whitened: &[DVector<f64>], [stated, numbers, heats, levels]: [usize; 4]) -> Self {
         let count = self.ranges.last().map_or(0, |last| last.end);
         let shared = if whitened.is_empty() { DMatrix::zeros(count, 0) } else { DMatrix::from_columns(whitened) };
-        Self { gram: shared.transpose() * &shared, shared, stated, numbers, heats, levels, ..self }
+        let gram = shared.transpose() * &shared;
+        let mut all = Self { gram, shared, stated, numbers, heats, levels, ..self };
+        if heats > 0 {
+            // Columns of the disturbance are free by as much each, so that they may be turned: to where they are at right angles.
+            let at = all.of_heats();
+            let turned = eigenvectors(all.gram.view((at.start, at.start), (heats, heats)).into_owned());
+            let own = all.shared.columns_range(at.clone()) * &turned;
+            all.shared.columns_range_mut(at.clone()).copy_from(&own);
+            let across = all.gram.columns_range(at.clone()) * &turned;
+            all.gram.columns_range_mut(at.clone()).copy_from(&across);
+            let across = turned.transpose() * all.gram.rows_range(at.clone());
+            all.gram.rows_range_mut(at).copy_from(&across);
+        }
+        all
     }
 
     /// Readings (K) whitened by the block of their row.
@@ -431,18 +478,33 @@ impl Rows {
 
     /// The shared columns eliminated under a looseness; `None` where rounding leaves no positive matrix.
     pub fn eliminated(&self, looseness: Looseness) -> Option<Arc<Eliminated>> {
-        let mut known = self.eliminated.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(found) = known.iter().find(|own| own.looseness == looseness) {
-            return Some(found.clone());
-        }
+        let is_known = |own: &Eliminated| own.looseness == looseness;
+        self.eliminated.find(is_known).or_else(|| Some(self.eliminated.keep(Arc::new(self.eliminate(looseness)?))))
+    }
+
+    fn eliminate(&self, looseness: Looseness) -> Option<Eliminated> {
         let deviations = self.deviations(looseness);
-        let acting: Vec<(usize, f64)> = deviations.iter().copied().enumerate().filter(|(_, d)| *d > 0.0).collect();
-        let entry = |i: usize, j: usize| acting[i].1 * acting[j].1 * self.gram[(acting[i].0, acting[j].0)] + f64::from(u8::from(i == j));
-        let factor = cholesky(DMatrix::from_fn(acting.len(), acting.len(), entry))?;
-        let log_determinant = 2.0 * factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
-        let found = Arc::new(Eliminated { looseness, acting, factor, log_determinant });
-        known.push(found.clone());
-        Some(found)
+        let acting = deviations.iter().copied().enumerate().filter(|(_, d)| *d > 0.0);
+        let (mut heats, others): (Vec<(usize, f64)>, Vec<(usize, f64)>) = acting.partition(|(k, _)| self.of_heats().contains(k));
+        let mut log_determinant = 0.0;
+        for (k, root) in &mut heats {
+            let diagonal = 1.0 + root.powi(2) * self.gram[(*k, *k)];
+            log_determinant += diagonal.ln();
+            *root /= diagonal.sqrt();
+        }
+        let product = |a: &(usize, f64), b: &(usize, f64)| a.1 * b.1 * self.gram[(a.0, b.0)];
+        let across = DMatrix::from_fn(others.len(), heats.len(), |i, j| product(&others[i], &heats[j]));
+        let entry = |i: usize, j: usize| product(&others[i], &others[j]) + f64::from(u8::from(i == j));
+        let mut matrix = DMatrix::from_fn(others.len(), others.len(), entry);
+        matrix.gemm(-1.0, &across, &across.transpose(), 1.0);
+        let factor = cholesky(matrix)?;
+        log_determinant += 2.0 * factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
+        Some(Eliminated { looseness, heats, others, across, factor, log_determinant })
+    }
+
+    /// Places of the columns of the disturbance of a log among the shared ones.
+    fn of_heats(&self) -> Range<usize> {
+        self.stated + self.numbers..self.stated + self.numbers + self.heats
     }
 
     /// The whole covariance under a looseness.

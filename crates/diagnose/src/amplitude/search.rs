@@ -25,6 +25,8 @@ const LONGEST_STEP: f64 = 1.5;
 pub(super) const GROWING: usize = 10;
 /// Further places of each of them that are fitted to the end.
 const FITTED: usize = 6;
+/// Loosenesses under which a set is kept whitened: those next to one of them.
+const KEPT: usize = 6;
 /// Machines with a set in force that are made linear at most.
 const MOST_REFERENCES: usize = 10;
 /// The first of them about which choices are made anew: beside a cause that bends two of them may change places for ever.
@@ -254,10 +256,7 @@ impl<'a> Search<'a> {
     pub fn refined(&self, fit: Fit) -> Fit {
         let Some(about) = self.about else { return fit };
         let fit = self.refined_by(about, fit);
-        // What was made of its errors is seldom asked for again, and large.
-        if let Some(log) = fit.errors.as_deref().and_then(|errors| errors.log.as_ref()) {
-            log.known.clear();
-        }
+        forget_rows(&fit);
         fit
     }
 
@@ -348,7 +347,7 @@ impl<'a> Search<'a> {
             slopes.push(slope);
         }
         self.errors.aside.iter().for_each(|i| residual[*i] = 0.0);
-        Linear { residual, slopes, profiles: self.profiles, known: Recent::default() }
+        Linear { residual, slopes, profiles: self.profiles, known: Recent::of(KEPT) }
     }
 
     /// The linear model about a fit.
@@ -573,6 +572,7 @@ impl<'a> Search<'a> {
             };
             begun.retain(|one| is_new(one, &found));
             found.extend(begun.into_par_iter().map(|one| about.fit(one)).collect::<Vec<_>>());
+            forget_rows(fit);
         }
         sorted(found)
     }
@@ -618,6 +618,13 @@ pub struct Linear<'a> {
     pub profiles: &'a Profiles,
     /// Whitened as was asked for last.
     pub known: Recent<Explained<'a>>,
+}
+
+/// Forgets what was made of a fit's own errors: it is large and seldom asked for again.
+fn forget_rows(fit: &Fit) {
+    if let Some(log) = fit.errors.as_deref().and_then(|errors| errors.log.as_ref()) {
+        log.known.clear();
+    }
 }
 
 /// A value among some, with the ones beside it.
