@@ -126,8 +126,8 @@ impl Search<'_> {
         if own.freedom == 0.0 && own.curve.is_none() && own.law == 0 {
             return 0.0;
         }
-        let Some(posterior) = explained.posterior(freedoms, looseness) else { return f64::INFINITY };
-        self.beyond(candidate, own, &self.most_probable(&posterior)[m], || posterior.variances(m))
+        let Some(found) = explained.most_probable(freedoms, looseness) else { return f64::INFINITY };
+        self.beyond(candidate, own, &found[m], || explained.variances(freedoms, looseness, m))
     }
 
     /// Whether an amplitude may be another in every row. In one condition there is nothing to vary.

@@ -18,7 +18,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use super::profiles::{Curve, Function, Profiles};
 use super::response::Slope;
 use super::rows::{Looseness, Rows};
-pub use posterior::{Functions, Posterior};
+pub use posterior::Functions;
 
 /// Standard deviation of what is in proportion to a variable, as a share of that of the mean amplitude. Chosen: a law is about as large as
 /// what it is a law of.

@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex};
 
 use rayon::prelude::*;
 
-use super::evidence::{Explained, Freedom, Posterior};
+use super::evidence::{Explained, Freedom};
 use super::profiles::Profiles;
 use super::relaxation::Relaxation;
 use super::response::{Answer, Slope};
@@ -389,10 +389,9 @@ impl<'a> Search<'a> {
             // Choices that stood once stand to the end: the amplitudes come to rest beneath them.
             is_settled |= iteration + 1 == CHOOSING_ITERATIONS || iteration > 0 && before == (fit.freedoms.clone(), fit.looseness);
             let Some(explained) = self.explained(&linear, fit.looseness, &self.followed(&fit.freedoms)) else { break };
-            let Some(posterior) = explained.posterior(&fit.freedoms, fit.looseness) else { break };
-            let found = self.most_probable(&posterior);
-            let beyond: f64 =
-                (0..found.len()).map(|k| self.beyond(fit.members[k], fit.freedoms[k], &found[k], || posterior.variances(k))).sum();
+            let Some(found) = explained.most_probable(&fit.freedoms, fit.looseness) else { break };
+            let variances = |k: usize| explained.variances(&fit.freedoms, fit.looseness, k);
+            let beyond: f64 = (0..found.len()).map(|k| self.beyond(fit.members[k], fit.freedoms[k], &found[k], || variances(k))).sum();
             let Some(most) = self.step(&mut fit, found) else { return Fit { log_evidence: f64::NEG_INFINITY, ..fit } };
             fit.log_evidence -= beyond;
             fit.stands = most < STANDS;
@@ -432,11 +431,6 @@ impl<'a> Search<'a> {
     /// An amplitude in every row.
     pub(super) fn course(&self, own: &[f64]) -> Vec<f64> {
         if self.is_log() { self.all_profiles.course(own) } else { own.to_vec() }
-    }
-
-    /// The most probable amplitudes of a posterior: in logs their coefficients.
-    pub(super) fn most_probable(&self, posterior: &Posterior<'_>) -> Vec<Vec<f64>> {
-        if self.is_log() { posterior.coefficients() } else { posterior.amplitudes() }
     }
 
     /// Moves the amplitudes of a fit towards those found; returns the longest step of one that bends, in units of its scale. `None` where a
@@ -546,9 +540,7 @@ impl<'a> Search<'a> {
     /// How large the linear model asks a member to be.
     fn asked(&self, linear: &Linear<'_>, freedoms: &[Freedom], looseness: Looseness, member: usize) -> Option<f64> {
         let explained = self.explained(linear, looseness, &self.followed(freedoms))?;
-        let posterior = explained.posterior(freedoms, looseness)?;
-        let found = if self.is_log() { posterior.coefficients() } else { posterior.amplitudes() };
-        found.get(member).map(|own| self.size_of(own))
+        explained.most_probable(freedoms, looseness)?.get(member).map(|own| self.size_of(own))
     }
 
     /// Every place and kind alone, fitted, most probable first.

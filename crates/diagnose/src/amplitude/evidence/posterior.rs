@@ -56,6 +56,31 @@ impl<'a> Explained<'a> {
         Some(found)
     }
 
+    /// The most probable amplitude of each cause in every row, in units of its scale; of a log the coefficients of its functions of the rows. `None`
+    /// as in [`Explained::log_evidence`].
+    pub fn most_probable(&self, freedoms: &[Freedom], looseness: Looseness) -> Option<Vec<Vec<f64>>> {
+        if !self.rows.is_log() {
+            return Some(self.posterior(freedoms, looseness)?.amplitudes());
+        }
+        let products = &self.reduced(looseness)?.products;
+        let last = products.nrows() - 1;
+        let acting: Vec<(usize, f64)> = self.of_causes(freedoms).enumerate().filter(|(_, d)| *d > 0.0).collect();
+        let entry = |i: usize, j: usize| acting[i].1 * acting[j].1 * products[(acting[i].0, acting[j].0)] + f64::from(u8::from(i == j));
+        let factor = cholesky(DMatrix::from_fn(acting.len(), acting.len(), entry))?;
+        let found = factor.solve(&DVector::from_fn(acting.len(), |i, _| acting[i].1 * products[(acting[i].0, last)]));
+        let mut all = vec![vec![0.0; self.profiles.of.len()]; self.count()];
+        for ((place, deviation), coefficient) in acting.iter().zip(found.iter()) {
+            let (m, function) = self.followed[*place];
+            all[m][function] = deviation * coefficient;
+        }
+        Some(all)
+    }
+
+    /// Variances as of [`Posterior::variances`]; none as in [`Explained::log_evidence`].
+    pub fn variances(&self, freedoms: &[Freedom], looseness: Looseness, cause: usize) -> Vec<f64> {
+        self.posterior(freedoms, looseness).map_or_else(Vec::new, |posterior| posterior.variances(cause))
+    }
+
     /// Columns under the metric of the rows.
     fn under_metric(&self, columns: &DMatrix<f64>, freedoms: &[Freedom]) -> DMatrix<f64> {
         let mut found = columns.clone();
@@ -131,18 +156,6 @@ impl Posterior<'_> {
     /// The most probable amplitude of each cause in every row, in units of its scale.
     pub fn amplitudes(&self) -> Vec<Vec<f64>> {
         (0..self.freedoms.len()).map(|m| self.with_readings(m).tr_mul(&self.pull).iter().copied().collect()).collect()
-    }
-
-    /// The most probable coefficients of the functions of the rows for each cause, in units of its scale.
-    pub fn coefficients(&self) -> Vec<Vec<f64>> {
-        let of = |m: usize| {
-            let mut all = vec![0.0; self.explained.profiles.of.len()];
-            for (function, place, deviation) in self.followed(m) {
-                all[function] = deviation * deviation * self.explained.profiled.column(place).dot(&self.pull);
-            }
-            all
-        };
-        (0..self.freedoms.len()).map(of).collect()
     }
 
     /// Variance of the amplitude of one cause in every row, in units of its scale squared.
