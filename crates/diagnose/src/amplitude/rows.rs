@@ -540,3 +540,31 @@ impl Metric<'_> {
         self.whitened(readings).norm_squared()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A bias, two numbers, a disturbance of three columns, a level and a condition beside eight readings of a log.
+    #[test]
+    fn columns_that_are_turned_take_what_they_took() {
+        let wave = |k: usize| DVector::from_fn(8, |i, _| ((i * (k + 2) + k) as f64 * 0.7).sin());
+        let columns: Vec<DVector<f64>> = (0..8).map(wave).collect();
+        let whitening = Whitening::Blocks(vec![Cholesky::new(DMatrix::identity(8, 8)).unwrap()]);
+        let plain = Rows { of: vec![0, 1, 2], ..Rows::without_columns(vec![0..8], whitening, 0.0, 1) };
+        let rows = plain.with_columns(&columns, [1, 2, 3, 1]);
+        let looseness = Looseness { spread: 0.3, disturbance: 2.0, level: 0.2, conditions: 0.7, wandering: 0.0, noise: 1.5 };
+        let deviations = [1.5, 0.3, 0.3, 2.0, 2.0, 2.0, 0.2, 0.7];
+        let taken = columns.iter().zip(deviations).map(|(column, d)| column * column.transpose() * d * d);
+        let covariance = taken.fold(DMatrix::identity(8, 8), |sum, own| sum + own);
+        let found = rows.eliminated(looseness).unwrap();
+        assert!((found.log_determinant - covariance.determinant().ln()).abs() < 1e-9);
+        let own = DMatrix::from_columns(&[wave(11), wave(12)]);
+        let products = rows.shared.tr_mul(&own);
+        let along = found.along(2, |k, j| products[(k, j)]);
+        let expected = own.transpose() * covariance.try_inverse().unwrap() * &own;
+        assert!((own.tr_mul(&own) - along.tr_mul(&along) - expected).amax() < 1e-9);
+        let heats = rows.gram.view((3, 3), (3, 3));
+        assert!((heats - DMatrix::from_diagonal(&heats.diagonal())).amax() < 1e-12);
+    }
+}

@@ -411,4 +411,17 @@ mod tests {
         assert_eq!(of(Sequence::From(4)), [0.0, 0.0, 0.0, 0.0, 1.0, 1.0]);
         assert!(FoundLaw::Rows(Sequence::Drift).expression().is_none());
     }
+
+    #[test]
+    fn what_set_in_stays_after_the_last_row() {
+        let from = FoundLaw::Rows(Sequence::From(4));
+        assert_eq!(from.factor_afterwards(), Some(1.0));
+        let half_of_it = FoundLaw::Sum(vec![(0.25, FoundLaw::One), (0.5, from.clone())]);
+        assert_eq!(half_of_it.factor_afterwards(), Some(0.75));
+        // The mean of the rows that have readings.
+        assert_eq!(FoundLaw::Rows(Sequence::Free(vec![1.0, 0.0, 0.5, 0.3])).factor_afterwards(), Some(0.6));
+        let beyond = [Sequence::Drift, Sequence::Fallen(axis()), Sequence::Curve(vec![1.0])].map(FoundLaw::Rows);
+        assert!(beyond.iter().all(|law| law.factor_afterwards().is_none()));
+        assert!(FoundLaw::Product(Box::new([from, FoundLaw::over(&axis(), Course::Straight)])).factor_afterwards().is_none());
+    }
 }

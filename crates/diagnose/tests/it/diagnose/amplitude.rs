@@ -4,7 +4,7 @@ use coldplate_base::document::Document;
 use coldplate_base::progress::Silent;
 use coldplate_base::random::Random;
 use coldplate_describe::machine::Condition;
-use coldplate_diagnose::{AmplitudeSettings, PlaceAndKind, PlaceSet, Problem, places};
+use coldplate_diagnose::{AmplitudeSettings, PlaceAndKind, PlaceSet, Problem, diagnose, places};
 use coldplate_evidence::identify;
 use coldplate_evidence::measurement::{Data, MeasurementUncertainty, ReadingRow, VariableUncertainty};
 use coldplate_explore::simulate::Start;
@@ -374,9 +374,15 @@ fn sensors_exchanged_from_a_row_on() {
             values.swap(2, 5);
         }
     };
-    let set = front("exchanged", &table(7, |_| Vec::new(), swap).0);
+    let problem = table(7, |_| Vec::new(), swap).0;
+    let set = front("exchanged", &problem);
     let own = only(&set, "swapped sensors", "front_bearing - gear");
     assert!(own.amplitudes[..9].iter().all(|a| a.abs() < 0.1) && own.amplitudes[9..].iter().all(|a| (a - 1.0).abs() < 0.2));
+    // They stay so: the entries have changed places in the machine that is written.
+    assert!(set.ways[0].is_writable);
+    let found = diagnose(&problem, &Silent).unwrap();
+    assert!(found.sets.as_ref().is_some_and(|lines| lines.iter().any(|(key, _)| key == "sensor.gear")), "{:?}", found.sets);
+    assert!(found.gain.as_ref().is_some_and(|gain| gain.after < 0.5 * gain.before), "{:?}", found.gain);
 }
 
 /// A contact that opens and friction at once: both, each over its own variable.
