@@ -147,7 +147,7 @@ fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnosis> {
     let has_laws = all.iter().all(|cause| scales.found(cause.hypothesis.law).is_none_or(|law| !law.is_unknown()));
     let is_extended = answer.verdict.names_causes()
         && rung.as_ref().is_some_and(|rung| {
-            let is_certain = answer.verdict == Verdict::Explained && has_laws || rung.gain.as_ref().is_none_or(|gain| gain.low > 0.0);
+            let is_certain = answer.verdict == Verdict::Explained && has_laws || rung.gain.as_ref().map_or(has_laws, |gain| gain.low > 0.0);
             rung.share > 0.0 && !rung.gain.as_ref().is_some_and(Gain::is_none) && (is_certain || !is_log && has_laws)
         });
     let misses = answer.verdict.names_causes() && rung.as_ref().is_some_and(|rung| rung.share <= 0.0);
@@ -157,7 +157,7 @@ fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnosis> {
         answer.level = decide::Level::nothing(answer.level.probability);
     }
     if answer.verdict == Verdict::Explained && (rung.is_none() || is_vetoed) {
-        // A cause explains nothing for certain whose machine cannot be solved or says nothing of rows kept out: nobody has seen it predict any.
+        // A cause is not certain if its machine cannot be solved, or predicts rows kept out no better: nobody has seen it predict.
         answer.verdict = Verdict::CannotTell;
         answer.level = decide::region(&explanations, problem.settings.certain);
     }

@@ -98,7 +98,8 @@ impl Predictor<'_> {
         }
     }
 
-    /// The machine with hypotheses in force, and the data as it reads them: with the course of what depends on the order of the rows.
+    /// The machine with hypotheses in force, with its data. One that depends on the order of the rows gets a variable with its amplitude in every
+    /// row.
     fn acting(&self, members: &[(&Hypothesis, f64)]) -> Result<(Study, Cow<'_, Data>)> {
         let unsaid = || Error::input("the machine file has no words for this cause");
         let is_in_order = |h: &Hypothesis| !h.is_sensor() && !self.scales.has_formula(h.law);

@@ -1,4 +1,4 @@
-//! Triangular factors, and systems with many right-hand sides.
+//! Triangular factors, systems with many right-hand sides, and eigenvectors.
 
 use faer::linalg::solvers::Llt;
 use faer::{MatRef, Side};
@@ -18,9 +18,12 @@ pub fn cholesky(matrix: DMatrix<f64>) -> Option<Cholesky<f64, Dyn>> {
     Some(Cholesky::pack_dirty(DMatrix::from_fn(size, size, |i, j| if i >= j { lower[(i, j)] } else { 0.0 })))
 }
 
-/// Eigenvectors of a symmetric matrix, one column each.
+/// Eigenvectors of a symmetric matrix, one column each; those of the identity where a number is not finite.
 pub fn eigenvectors(matrix: DMatrix<f64>) -> DMatrix<f64> {
     let size = matrix.nrows();
+    if matrix.iter().any(|own| !own.is_finite()) {
+        return DMatrix::identity(size, size);
+    }
     match MatRef::from_column_major_slice(matrix.as_slice(), size, size).self_adjoint_eigen(Side::Lower) {
         Ok(found) => DMatrix::from_fn(size, size, |i, j| found.U()[(i, j)]),
         Err(_) => SymmetricEigen::new(matrix).eigenvectors,

@@ -1,8 +1,8 @@
 //! When a row was measured: variables that a diagnosis gives to the formulas of a machine, so that a cause may act at some times, in some
 //! tests, or only on the way down.
 //!
-//! Nothing else depends on them: away from these data the time is none, nothing has fallen, and the test is one after the last, for what set in
-//! with a test stays.
+//! Nothing else depends on them. Elsewhere the time is 0, nothing has fallen, and the test is the one after the last: a cause that set in with a
+//! test still acts.
 
 use coldplate_base::condition::{AMBIENT_TEMPERATURE, COOLANT_FLOW, COOLANT_TEMPERATURE};
 use coldplate_base::document::{Document, Leaf};

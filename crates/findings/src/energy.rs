@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use coldplate_base::condition::COOLANT_TEMPERATURE;
 use coldplate_base::error::Result;
 use coldplate_describe::machine::Condition;
-use coldplate_diagnose::{Diagnosis, Problem};
+use coldplate_diagnose::{Cause, Diagnosis, Problem};
 use coldplate_evidence::measurement::Data;
 use coldplate_solve::meshed::{Flows, MeshedMachine, OutletSensor, SteadyState};
 use coldplate_solve::study::Study;
@@ -63,8 +63,11 @@ impl EnergyBalances {
         let conditions = rows.len();
         let chosen: Vec<usize> =
             if conditions <= MOST { rows } else { (0..MOST).map(|i| rows[i * (conditions - 1) / (MOST - 1)]).collect() };
+        // The machine after the last row says nothing of those before.
+        let is_of_row = |cause: &Cause| !cause.hypothesis.is_written_afterwards(&found.places.scales);
+        let is_of_all_rows = found.explanations.first().is_none_or(|best| best.causes.iter().all(is_of_row));
         let extended: Option<Study> = match &found.sets {
-            Some(sets) if is_extended => problem.study.edited(sets).ok(),
+            Some(sets) if is_extended && is_of_all_rows => problem.study.edited(sets).ok(),
             _ => None,
         };
         let outlets = problem.study.model.outlet_sensors();

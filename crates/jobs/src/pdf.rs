@@ -55,13 +55,14 @@ impl Printer {
     pub fn print(&self, page: &Path, pdf: &Path) -> Result<()> {
         let page = page.canonicalize().map_err(|e| Error::file("read", page, e))?;
         let profile = std::env::temp_dir().join(format!("coldplate-print-{}", std::process::id()));
-        let printed = atomic_file::replace(pdf, |temporary| self.run(&page, temporary, &profile));
+        let printed = atomic_file::replace(pdf, |temporary| self.run(&page, (temporary, pdf), &profile));
         // A profile that is left behind harms nobody.
         let _ = std::fs::remove_dir_all(&profile);
         printed
     }
 
-    fn run(&self, page: &Path, pdf: &Path, profile: &Path) -> Result<()> {
+    /// Prints a page into a file that will have another name, by which errors call it.
+    fn run(&self, page: &Path, (printed, pdf): (&Path, &Path), profile: &Path) -> Result<()> {
         let failed = |what: String| Error::numerics(what).in_file(pdf).help("open report.html in a browser and print it there");
         let with = |flag: &str, path: &Path| {
             let mut argument = std::ffi::OsString::from(flag);
@@ -73,7 +74,7 @@ impl Printer {
             .args(["--headless", "--disable-gpu", "--no-sandbox", "--no-first-run", "--disable-background-networking"])
             .args(["--no-pdf-header-footer", "--export-tagged-pdf", "--generate-pdf-document-outline"])
             .arg(with("--user-data-dir=", profile))
-            .arg(with("--print-to-pdf=", pdf))
+            .arg(with("--print-to-pdf=", printed))
             .arg(address(page))
             .stdin(Stdio::null())
             .stdout(Stdio::null())
@@ -92,7 +93,7 @@ impl Printer {
             }
             std::thread::sleep(Duration::from_millis(20));
         };
-        let is_pdf = std::fs::read(pdf).is_ok_and(|bytes| bytes.starts_with(b"%PDF"));
+        let is_pdf = std::fs::read(printed).is_ok_and(|bytes| bytes.starts_with(b"%PDF"));
         if is_pdf { Ok(()) } else { Err(failed(format!("{} wrote no PDF ({ended})", self.program.display()))) }
     }
 }

@@ -51,8 +51,7 @@ impl Search<'_> {
             + s.noise_price * (looseness.noise - 1.0)
     }
 
-    /// Looseness that differs in one size, where it is sought: first in those of shared columns, by any or by one step, then by one step in those
-    /// that rows are whitened by.
+    /// Neighbours of a looseness that differ in one size: first in sizes of shared columns, then in sizes that rows are whitened by.
     fn one_size_from(&self, at: Looseness, sought: Sought) -> [Vec<Looseness>; 2] {
         if sought == Sought::AsItIs {
             return Default::default();
@@ -81,8 +80,8 @@ impl Search<'_> {
         [shared, own]
     }
 
-    /// The looseness of the model with the largest evidence under given freedoms, found by one size at a time. Rows are whitened anew only where
-    /// the sizes of the shared columns are the best ones.
+    /// The looseness of the model with the largest evidence under given freedoms, found by one size at a time. A size that
+    /// rows are whitened by is tried only where no size of the shared columns is better.
     pub(super) fn loosest(&self, linear: &Linear<'_>, freedoms: &[Freedom], from: Looseness, sought: Sought) -> (Looseness, f64) {
         let followed = self.followed(freedoms);
         let mut tried: Vec<(Looseness, f64)> = Vec::new();
@@ -115,9 +114,10 @@ impl Search<'_> {
     /// A linear model with the functions that each amplitude may follow, whitened under a looseness; `None` as in [`Search::rows_at`].
     pub(super) fn explained<'l>(&self, linear: &Linear<'l>, looseness: Looseness, followed: &[Vec<usize>]) -> Option<Arc<Explained<'l>>> {
         let rows = self.rows_at(looseness)?;
-        let known = linear.known.find(|own| own.is_of(&rows, followed));
-        let new = || Explained::new(rows, linear.profiles, &linear.residual, &linear.slopes, followed);
-        Some(known.unwrap_or_else(|| linear.known.keep(Arc::new(new()))))
+        linear.known.get(
+            |own| own.is_of(&rows, followed),
+            || Some(Explained::new(rows.clone(), linear.profiles, &linear.residual, &linear.slopes, followed)),
+        )
     }
 
     /// Evidence that a way of one member loses where its amplitude wants to be beyond its range.

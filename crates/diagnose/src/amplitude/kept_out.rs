@@ -24,12 +24,15 @@ impl Search<'_> {
         let places: Vec<usize> = numbers.iter().flat_map(|number| number.places.iter().copied()).collect();
         let mut left = linear.residual.clone();
         let mut by_numbers = vec![0.0; left.len()];
+        let smooth = self.all_profiles.curves();
         for (row, without) in posterior.without_each_row(&places)?.iter().enumerate() {
             let readings = explained.readings(row);
             for (k, (member, slope)) in fit.members.iter().zip(&linear.slopes).enumerate() {
                 let candidate = &self.candidates[*member];
-                // What is or is not, under one law, is not weighed anew.
-                let is_given = candidate.is_fixed && fit.freedoms[k].freedom == 0.0;
+                // An exchange of sensors is there or not: by a law it keeps its amplitude in a row that is kept out.
+                let freedom = fit.freedoms[k];
+                let is_law = freedom.freedom == 0.0 && freedom.curve.is_none_or(|(curve, _)| !smooth.contains(&curve));
+                let is_given = candidate.is_fixed && is_law;
                 let own = if is_given && self.is_log() { &fit.amplitudes[k] } else { &without.coefficients[k] };
                 match slope {
                     Slope::OfRow(slope) => {

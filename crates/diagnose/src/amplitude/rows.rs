@@ -24,7 +24,7 @@ const ELIMINATED: usize = 32;
 /// Least and most loosenesses under which stretches are kept: those next to one of them, and all pairs of wandering and noise that are tried.
 const KEPT: (usize, usize) = (6, 24);
 
-/// What was made last, for who asks for it again.
+/// A small store of what was asked for last.
 #[derive(Debug)]
 pub struct Recent<T> {
     most: usize,
@@ -37,22 +37,29 @@ impl<T> Recent<T> {
         Self { most, all: Mutex::default() }
     }
 
-    /// The one that is asked for, if it is known.
-    pub fn find(&self, is_asked: impl Fn(&T) -> bool) -> Option<Arc<T>> {
-        let mut all = self.all.lock().unwrap_or_else(PoisonError::into_inner);
-        let place = all.iter().position(|own| is_asked(own))?;
-        all[place..].rotate_left(1);
-        all.last().cloned()
-    }
-
-    /// Keeps one, and forgets the one that was asked for longest ago where they are too many.
-    pub fn keep(&self, own: Arc<T>) -> Arc<T> {
-        let mut all = self.all.lock().unwrap_or_else(PoisonError::into_inner);
+    /// The one that is asked for, made if it is not known; `None` where it cannot be made. The one that was asked for longest ago is forgotten
+    /// where they are too many.
+    pub fn get(&self, is_asked: impl Fn(&T) -> bool, make: impl FnOnce() -> Option<T>) -> Option<Arc<T>> {
+        let find = |all: &mut Vec<Arc<T>>| {
+            let place = all.iter().position(|own| is_asked(own))?;
+            all[place..].rotate_left(1);
+            all.last().cloned()
+        };
+        let locked = || self.all.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(found) = find(&mut locked()) {
+            return Some(found);
+        }
+        let made = Arc::new(make()?);
+        // Another thread may have made it meanwhile.
+        let mut all = locked();
+        if let Some(found) = find(&mut all) {
+            return Some(found);
+        }
         if all.len() >= self.most {
             all.remove(0);
         }
-        all.push(own.clone());
-        own
+        all.push(made.clone());
+        Some(made)
     }
 
     /// Forgets all.
@@ -106,7 +113,7 @@ pub struct LogNoise {
 }
 
 impl LogNoise {
-    /// Of so many readings beside so many shared columns.
+    /// For so many readings and shared columns: they decide how many stretches are kept.
     pub fn new(parts: ErrorParts, memory: f64, [readings, columns]: [usize; 2]) -> Self {
         let numbers = columns * (readings + columns);
         let most = (KEPT_NUMBERS / numbers.max(1)).clamp(KEPT.0, KEPT.1);
@@ -179,20 +186,22 @@ enum Whitening {
 #[derive(Debug)]
 pub struct Eliminated {
     looseness: Looseness,
-    /// Columns of the disturbance of a log that act, which are at right angles, with the root of the diagonal of their inverse matrix.
+    /// Columns of the disturbance of a log that act. They are at right angles. Each has the standard deviation of its coefficient once the readings
+    /// are known.
     heats: Vec<(usize, f64)>,
     /// Other columns that act, with their standard deviations.
     others: Vec<(usize, f64)>,
-    /// Products of these with those, in units of both.
+    /// Products of the other columns (lines) with those of the disturbance (columns), scaled by the numbers above.
     across: DMatrix<f64>,
-    /// Factor of the matrix of the others without what the disturbance takes.
+    /// Factor of one plus the products of the other columns, less what the disturbance takes from them.
     factor: Cholesky<f64, Dyn>,
     /// Logarithm of the determinant of the whole matrix.
     pub log_determinant: f64,
 }
 
 impl Eliminated {
-    /// Columns, given by their products with shared ones, along these: what they take from the products of columns are those of what is returned.
+    /// Coordinates C of columns X along the shared ones: with S the covariance of whitened readings, X'S⁻¹X = X'X - C'C. `product(k, j)` is that of
+    /// shared column k with column j.
     pub fn along(&self, count: usize, product: impl Fn(usize, usize) -> f64) -> DMatrix<f64> {
         let scaled = |own: &[(usize, f64)]| DMatrix::from_fn(own.len(), count, |i, j| own[i].1 * product(own[i].0, j));
         let (heats, mut others) = (scaled(&self.heats), scaled(&self.others));
@@ -268,7 +277,7 @@ impl Rows {
     pub fn under(errors: &Errors, looseness: Looseness) -> Option<Arc<Self>> {
         match &errors.log {
             None => Self::new(errors, looseness).map(Arc::new),
-            Some(log) => Some(Self::of_logs(errors, log, looseness)),
+            Some(log) => log.known.get(|rows| rows.is_under(looseness), || Some(Self::wandering(errors, log, looseness))),
         }
     }
 
@@ -340,11 +349,6 @@ impl Rows {
     }
 
     /// The stretches of logs under a looseness.
-    pub fn of_logs(errors: &Errors, log: &LogNoise, looseness: Looseness) -> Arc<Self> {
-        let known = log.known.find(|rows| rows.is_under(looseness));
-        known.unwrap_or_else(|| log.known.keep(Arc::new(Self::wandering(errors, log, looseness))))
-    }
-
     fn wandering(errors: &Errors, log: &LogNoise, looseness: Looseness) -> Self {
         let level = DiscrepancySize { wandering: looseness.wandering, memory: log.memory, ..DiscrepancySize::NONE };
         let noise = log.parts.with_noise(looseness.noise).noise_at(&level);
@@ -387,7 +391,8 @@ impl Rows {
         let gram = shared.transpose() * &shared;
         let mut all = Self { gram, shared, stated, numbers, heats, levels, ..self };
         if heats > 0 {
-            // Columns of the disturbance are free by as much each, so that they may be turned: to where they are at right angles.
+            // All columns of the disturbance have the same prior variance, so that turning them leaves the covariance as it is. Here they come to
+            // be at right angles.
             let at = all.of_heats();
             let turned = eigenvectors(all.gram.view((at.start, at.start), (heats, heats)).into_owned());
             let own = all.shared.columns_range(at.clone()) * &turned;
@@ -478,8 +483,7 @@ impl Rows {
 
     /// The shared columns eliminated under a looseness; `None` where rounding leaves no positive matrix.
     pub fn eliminated(&self, looseness: Looseness) -> Option<Arc<Eliminated>> {
-        let is_known = |own: &Eliminated| own.looseness == looseness;
-        self.eliminated.find(is_known).or_else(|| Some(self.eliminated.keep(Arc::new(self.eliminate(looseness)?))))
+        self.eliminated.get(|own| own.looseness == looseness, || self.eliminate(looseness))
     }
 
     fn eliminate(&self, looseness: Looseness) -> Option<Eliminated> {

@@ -410,7 +410,7 @@ impl<'a> Search<'a> {
     /// is alike in all rows counts once, one that is new in every row in each, and of a curve the row that is furthest. An exchange that differs
     /// from row to row is in each row there or not; one that is alike may be off from one, for something else may be missing, and is none where
     /// it is nearer to nothing.
-    pub(super) fn beyond(&self, member: usize, freedom: Freedom, found: &[f64], variances: impl FnOnce() -> Vec<f64>) -> f64 {
+    pub(super) fn beyond(&self, member: usize, freedom: Freedom, found: &[f64], variances: impl FnOnce() -> Option<Vec<f64>>) -> f64 {
         let candidate = &self.candidates[member];
         let (low, high) = candidate.range;
         let low = if candidate.is_signed { low } else { low.max(0.0) };
@@ -424,7 +424,8 @@ impl<'a> Search<'a> {
         if excess.iter().all(|e| *e < STANDS) {
             return 0.0;
         }
-        let squares = excess.iter().zip(variances()).map(|(e, variance)| e * e / variance.max(f64::MIN_POSITIVE));
+        let Some(variances) = variances() else { return f64::INFINITY };
+        let squares = excess.iter().zip(variances).map(|(e, variance)| e * e / variance.max(f64::MIN_POSITIVE));
         0.5 * if freedom.freedom > 0.0 { squares.sum::<f64>() } else { squares.fold(0.0, f64::max) }
     }
 

@@ -316,8 +316,8 @@ impl Hypothesis {
         self.effect.family().lines(&MachineEdit { study, scales, user, hypothesis: self, amplitude })
     }
 
-    /// The lines of a machine file of its own that say all of it, what sensors show included: of what depends on the order of the rows, as it
-    /// is after them.
+    /// The lines of a machine file of its own that say all of it, what sensors show included. What depends on the order of the rows is written as
+    /// it is after the last one.
     ///
     /// # Errors
     /// As [`Hypothesis::sets`].
@@ -333,14 +333,29 @@ impl Hypothesis {
         }
     }
 
-    /// The cause as it acts after the rows of the data and its amplitude, where it depends on their order in a way that no formula of its says.
+    /// The cause as it is after the last row of the data, with its amplitude; `None` where a formula says its law, or where nothing is known of
+    /// later rows. An exchange is there or not.
     fn afterwards(&self, scales: &Scales, amplitude: f64) -> Option<(Self, f64)> {
         let is_said = !self.law.is_formula() || !self.is_sensor() && scales.has_formula(self.law);
-        let factor = scales.factor_afterwards(self.law).filter(|_| !is_said)?;
+        let factor = scales.factor_afterwards(self.law).filter(|factor| !is_said && (!self.is_fixed() || *factor == 1.0))?;
         Some((self.under_usual_law(), factor * amplitude))
     }
 
-    /// Whether a machine file has it as it acts after the rows of the data alone.
+    /// The cause at conditions that are none of the data's rows, with the factor on its amplitude: what depends on the order of the rows is as it
+    /// is after the last of them, or alike everywhere where nothing is known of that.
+    pub(crate) fn elsewhere(&self, scales: &Scales) -> (Self, f64) {
+        if scales.has_formula(self.law) {
+            return (self.clone(), 1.0);
+        }
+        self.afterwards(scales, 1.0).unwrap_or_else(|| (self.under_usual_law(), 1.0))
+    }
+
+    /// Whether it is another number in every row: a machine file has the mean of them, whose deviation is not that of its amplitude.
+    pub fn is_mean(&self, scales: &Scales) -> bool {
+        self.is_written_afterwards(scales) && scales.found(self.law).is_some_and(FoundLaw::is_unknown)
+    }
+
+    /// Whether a machine file has the cause only as it is after the last row.
     pub fn is_written_afterwards(&self, scales: &Scales) -> bool {
         self.afterwards(scales, 1.0).is_some()
     }

@@ -11,7 +11,7 @@ mod worth;
 use rayon::prelude::*;
 
 use super::predictor::Predictor;
-use super::{Explanation, Problem, Verdict};
+use super::{Cause, Explanation, Problem, Verdict};
 use coldplate_base::error::Result;
 use coldplate_describe::machine::Condition;
 use coldplate_solve::study::Study;
@@ -82,7 +82,13 @@ pub struct ExtraSensor {
 /// As [`super::signatures`].
 pub(super) fn next(predictor: &Predictor<'_>, problem: &Problem, verdict: Verdict, explanations: &[&Explanation]) -> Result<Vec<Next>> {
     let is_finite = |e: &&Explanation| e.causes.iter().all(|p| p.deviation.is_finite());
-    let alive: Vec<&Explanation> = explanations.iter().copied().take(MOST).filter(is_finite).collect();
+    let alive = explanations.iter().copied().take(MOST).filter(is_finite);
+    let elsewhere = |cause: &Cause| {
+        let (hypothesis, factor) = cause.hypothesis.elsewhere(predictor.scales);
+        Cause { hypothesis, amplitude: factor * cause.amplitude, deviation: factor.abs() * cause.deviation, ..cause.clone() }
+    };
+    let alive: Vec<Explanation> = alive.map(|e| Explanation { causes: e.causes.iter().map(elsewhere).collect(), ..e.clone() }).collect();
+    let alive: Vec<&Explanation> = alive.iter().collect();
     if alive.len() < 2 {
         return Ok(Vec::new());
     }

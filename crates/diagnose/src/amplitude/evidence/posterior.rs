@@ -76,9 +76,9 @@ impl<'a> Explained<'a> {
         Some(all)
     }
 
-    /// Variances as of [`Posterior::variances`]; none as in [`Explained::log_evidence`].
-    pub fn variances(&self, freedoms: &[Freedom], looseness: Looseness, cause: usize) -> Vec<f64> {
-        self.posterior(freedoms, looseness).map_or_else(Vec::new, |posterior| posterior.variances(cause))
+    /// Variances as of [`Posterior::variances`]; `None` as in [`Explained::log_evidence`].
+    pub fn variances(&self, freedoms: &[Freedom], looseness: Looseness, cause: usize) -> Option<Vec<f64>> {
+        Some(self.posterior(freedoms, looseness)?.variances(cause))
     }
 
     /// Columns under the metric of the rows.
