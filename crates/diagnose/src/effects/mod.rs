@@ -334,11 +334,12 @@ impl Hypothesis {
     }
 
     /// The cause as it is after the last row of the data, with its amplitude; `None` where a formula says its law, or where nothing is known of
-    /// later rows. An exchange is there or not.
+    /// later rows. An exchange is there or not: the mean of some numbers is neither.
     fn afterwards(&self, scales: &Scales, amplitude: f64) -> Option<(Self, f64)> {
         let is_said = !self.law.is_formula() || !self.is_sensor() && scales.has_formula(self.law);
-        let factor = scales.factor_afterwards(self.law).filter(|factor| !is_said && (!self.is_fixed() || *factor == 1.0))?;
-        Some((self.under_usual_law(), factor * amplitude))
+        let factor = scales.factor_afterwards(self.law).filter(|_| !is_said)?;
+        let is_there = || scales.found(self.law).is_none_or(|law| !law.is_unknown()) && factor * amplitude > 0.5;
+        (!self.is_fixed() || is_there()).then(|| (self.under_usual_law(), factor * amplitude))
     }
 
     /// The cause at conditions that are none of the data's rows, with the factor on its amplitude: what depends on the order of the rows is as it
