@@ -1,8 +1,7 @@
 //! When a row was measured: variables that a diagnosis gives to the formulas of a machine, so that a cause may act at some times, in some
 //! tests, or only on the way down.
 //!
-//! Nothing else depends on them. Elsewhere the time is 0, nothing has fallen, and the test is the one after the last: a cause that set in with a
-//! test still acts.
+//! Nothing else depends on them: away from these data the time and the test are none, and nothing has fallen.
 
 use coldplate_base::condition::{AMBIENT_TEMPERATURE, COOLANT_FLOW, COOLANT_TEMPERATURE};
 use coldplate_base::document::{Document, Leaf};
@@ -10,7 +9,7 @@ use coldplate_base::error::Result;
 use coldplate_describe::machine::{Condition, DescribedVariable};
 use coldplate_evidence::measurement::{Data, TIME};
 
-/// Number of the test, from 1 in the order of the data; elsewhere one more than there are.
+/// Number of the test, from 1 in the order of the data; 0 elsewhere.
 pub(crate) const TEST_NUMBER: &str = "test_number";
 /// Behind the name of a variable: 1 where it has come down to its value, 0 where it has risen, or has not moved yet.
 pub(crate) const FALLEN: &str = "_fallen";
@@ -29,10 +28,8 @@ const WITHOUT_MEMORY: [&str; 3] = [COOLANT_FLOW, COOLANT_TEMPERATURE, AMBIENT_TE
 pub(crate) struct Added {
     /// Its name.
     pub name: String,
-    /// Its unit in the machine file.
-    pub unit: &'static str,
-    /// Its value away from these data.
-    pub default: f64,
+    /// Its declaration in the machine file, as TOML.
+    pub declared: &'static str,
     /// Its value in every row, SI.
     pub values: Vec<f64>,
     /// Whether it stays until the next row of a log instead of running straight to it.
@@ -42,26 +39,24 @@ pub(crate) struct Added {
 impl Added {
     /// Those that data can use and a machine file does not declare itself, by the variables of the data's conditions.
     pub fn all(data: &Data, variables: &[DescribedVariable]) -> Vec<Self> {
-        let time = data.is_transient().then(|| Self { unit: "s", ..Self::new(TIME, times(data)) });
-        let after_the_last = 1.0 + data.tests().len() as f64;
-        let number = test_numbers(data).map(|values| Self { default: after_the_last, ..Self::new(TEST_NUMBER, values) });
+        let time = data.is_transient().then(|| Self::new(TIME, "{ unit = \"s\", default = \"0 s\" }", times(data)));
+        let number = test_numbers(data).map(|values| Self::new(TEST_NUMBER, COUNT, values));
         let fallen = |(v, variable): (usize, &DescribedVariable)| {
             let name = format!("{}{FALLEN}", variable.name);
             let is_count = variable.name == TEST_NUMBER || variable.name.ends_with(FALLEN);
             let remembers = !variable.dimension.is_absolute() && !WITHOUT_MEMORY.contains(&variable.name.as_str()) && !is_count;
-            Some(Self::new(name, fallen(data, v).filter(|_| remembers && variable.name != TIME)?))
+            Some(Self::new(name, COUNT, fallen(data, v).filter(|_| remembers && variable.name != TIME)?))
         };
         let fallen = variables.iter().enumerate().filter_map(fallen);
         let is_new = |added: &Self| variables.iter().all(|v| v.name != added.name);
         time.into_iter().chain(number).chain(fallen).filter(is_new).collect()
     }
 
-    /// A pure number that is none away from these data.
-    pub fn new(name: impl Into<String>, values: Vec<f64>) -> Self {
-        Self { name: name.into(), unit: "1", default: 0.0, values, is_held: false }
+    fn new(name: impl Into<String>, declared: &'static str, values: Vec<f64>) -> Self {
+        Self { name: name.into(), declared, values, is_held: false }
     }
 
-    /// Data whose conditions have some variables, with all of those that a machine has: what is added, and the default where nothing is.
+    /// Data whose conditions have some variables, with all of those that a machine has: what is added, and 0 where nothing is.
     pub fn fill(mut data: Data, given: &[DescribedVariable], all: &[DescribedVariable], added: &[Self]) -> Data {
         let before: Vec<Option<usize>> = all.iter().map(|v| given.iter().position(|own| own.name == v.name)).collect();
         let values: Vec<Option<&Self>> = all.iter().map(|v| added.iter().find(|added| added.name == v.name)).collect();
@@ -72,11 +67,11 @@ impl Added {
         data.held = before.iter().zip(&values).map(held).collect();
         for (r, row) in data.rows.iter_mut().enumerate() {
             let si = row.condition.si();
-            let value = |((before, added), variable): ((&Option<usize>, &Option<&Self>), &DescribedVariable)| match before {
+            let value = |(before, added): (&Option<usize>, &Option<&Self>)| match before {
                 Some(v) => si[*v],
-                None => added.and_then(|added| added.values.get(r).copied()).or(variable.default).unwrap_or(0.0),
+                None => added.and_then(|added| added.values.get(r).copied()).unwrap_or(0.0),
             };
-            row.condition = Condition::from_si(before.iter().zip(&values).zip(all).map(value).collect());
+            row.condition = Condition::from_si(before.iter().zip(&values).map(value).collect());
         }
         data
     }
@@ -88,12 +83,7 @@ impl Added {
 
     /// The line of the machine file that declares it, (key, TOML value).
     fn line(&self) -> (String, String) {
-        (format!("variables.{}", self.name), format!("{{ unit = \"{}\", default = \"{}\" }}", self.unit, self.at_rest()))
-    }
-
-    /// Its value away from these data, as text.
-    fn at_rest(&self) -> String {
-        if self.unit == "1" { self.default.to_string() } else { format!("{} {}", self.default, self.unit) }
+        (format!("variables.{}", self.name), self.declared.into())
     }
 
     /// The lines of a machine file by which it has some variables: their declarations, and their defaults in the measured conditions that it
@@ -106,8 +96,8 @@ impl Added {
         if let Some(Leaf::List(measured)) = document.leaf(MEASURED)?.filter(|_| !added.is_empty()) {
             let with = |condition: Leaf| match condition {
                 Leaf::Table(entries) => {
-                    let at_rest = added.iter().map(|a| (a.name.clone(), Leaf::Text(format!("{} {}", a.default, a.unit))));
-                    Leaf::Table(entries.into_iter().chain(at_rest).collect())
+                    let none = added.iter().map(|a| (a.name.clone(), Leaf::Text(if a.name == TIME { "0 s" } else { "0 1" }.into())));
+                    Leaf::Table(entries.into_iter().chain(none).collect())
                 }
                 other => other,
             };
@@ -125,6 +115,8 @@ impl Added {
 
 /// Conditions at which a machine was compared with measurements.
 const MEASURED: &str = "model_error.measured";
+/// A pure number.
+const COUNT: &str = "{ unit = \"1\", default = \"0\" }";
 
 fn times(data: &Data) -> Vec<f64> {
     data.rows.iter().map(|row| row.time.unwrap_or(0.0)).collect()

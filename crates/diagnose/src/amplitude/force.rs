@@ -55,7 +55,12 @@ pub fn in_force(
 ) -> Option<(Study, Data, Scales, Vec<(Hypothesis, f64)>)> {
     let given = &study.model.machine.variables;
     let name = |k: usize| format!("{COURSE}{k}");
-    let added = |(k, own): (usize, &Acting<'_>)| Added { is_held: own.is_held, ..Added::new(name(k), own.values.clone()) };
+    let added = |(k, own): (usize, &Acting<'_>)| Added {
+        name: name(k),
+        declared: "{ unit = \"1\", default = \"0\" }",
+        values: own.values.clone(),
+        is_held: own.is_held,
+    };
     let added: Vec<Added> = members.iter().enumerate().map(added).collect();
     let mut own = study.edited(&Added::lines(&added, study.document()).ok()?).ok()?;
     let variables = own.model.machine.variables.clone();

@@ -308,7 +308,6 @@ impl FoundLaw {
     pub fn factor_afterwards(&self) -> Option<f64> {
         match self {
             Self::One | Self::Rows(Sequence::From(_)) => Some(1.0),
-            Self::Over(axis, Course::Above(_)) if axis.is_count() => Some(1.0),
             Self::Over(..) | Self::Rows(_) => None,
             Self::Product(both) => Some(both[0].factor_afterwards()? * both[1].factor_afterwards()?),
             Self::Sum(all) => all.iter().map(|(share, law)| Some(share * law.factor_afterwards()?)).sum(),

@@ -337,7 +337,7 @@ impl Hypothesis {
     /// later rows. An exchange is there or not.
     fn afterwards(&self, scales: &Scales, amplitude: f64) -> Option<(Self, f64)> {
         let is_said = !self.law.is_formula() || !self.is_sensor() && scales.has_formula(self.law);
-        let factor = scales.factor_afterwards(self.law).filter(|_| !is_said)?;
+        let factor = scales.found(self.law).filter(|_| !is_said)?.factor_afterwards()?;
         (!self.is_fixed() || factor * amplitude > 0.5).then(|| (self.under_usual_law(), factor * amplitude))
     }
 

@@ -415,14 +415,6 @@ impl Scales {
         self.found(law).is_none_or(|found| found.expression().is_some())
     }
 
-    /// Factor of a law after the rows of the data, where their order says it.
-    pub(crate) fn factor_afterwards(&self, law: Law) -> Option<f64> {
-        match law {
-            Law::Of(v, Form::From(_)) if self.variables[v].name == TEST_NUMBER => Some(1.0),
-            law => self.found(law)?.factor_afterwards(),
-        }
-    }
-
     /// Factors of a law at conditions that follow each other.
     pub fn factors(&self, law: Law, conditions: &[&Condition]) -> Vec<f64> {
         match self.found(law) {
