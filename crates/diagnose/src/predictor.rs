@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use super::amplitude::{Acting, in_force, runs};
+use super::amplitude::{Acting, ByCourse, in_force, runs};
 use super::effects::{Hypothesis, Scales, UserKind};
 use coldplate_base::error::{Error, Result};
 use coldplate_describe::machine::Condition;
@@ -114,7 +114,7 @@ impl Predictor<'_> {
         let acting: Vec<Acting<'_>> =
             runs.map(|(h, amplitude)| Acting { hypothesis: h, values: course(h, *amplitude), is_held: true }).collect();
         let found = if acting.len() == in_order.len() { in_force(self, (&study, self.data), &acting) } else { None };
-        let (study, data, ..) = found.ok_or_else(unsaid)?;
+        let ByCourse { study, data, .. } = found.ok_or_else(unsaid)?;
         Ok((study, Cow::Owned(data)))
     }
 

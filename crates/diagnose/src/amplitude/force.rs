@@ -36,7 +36,7 @@ pub struct Forced {
 impl Forced {
     /// The machine with some causes; `None` where the machine file has no words for one.
     pub fn new(problem: &Problem, predictor: &Predictor<'_>, members: &[Acting<'_>]) -> Option<Self> {
-        let (study, data, scales, laws) = in_force(predictor, (&problem.study, &problem.data), members)?;
+        let ByCourse { study, data, scales, laws } = in_force(predictor, (&problem.study, &problem.data), members)?;
         let given = &problem.study.model.machine.variables;
         let mut uncertainty = problem.uncertainty.clone();
         let before = |name: &str| given.iter().position(|own| own.name == name);
@@ -46,13 +46,20 @@ impl Forced {
     }
 }
 
-/// A machine and data with some causes in force, where laws are one there, and each cause under its law with its amplitude; `None` where the
-/// machine file has no words for one.
-pub fn in_force(
-    predictor: &Predictor<'_>,
-    (study, data): (&Study, &Data),
-    members: &[Acting<'_>],
-) -> Option<(Study, Data, Scales, Vec<(Hypothesis, f64)>)> {
+/// A machine and its data with causes in force by their courses.
+pub struct ByCourse {
+    /// The machine.
+    pub study: Study,
+    /// The data, with the courses.
+    pub data: Data,
+    /// Where laws are one there.
+    pub scales: Scales,
+    /// Each cause under the law by which it is in force, with its amplitude.
+    pub laws: Vec<(Hypothesis, f64)>,
+}
+
+/// A machine and its data with some causes in force; `None` where the machine file has no words for one.
+pub fn in_force(predictor: &Predictor<'_>, (study, data): (&Study, &Data), members: &[Acting<'_>]) -> Option<ByCourse> {
     let given = &study.model.machine.variables;
     let name = |k: usize| format!("{COURSE}{k}");
     let added = |(k, own): (usize, &Acting<'_>)| Added {
@@ -77,7 +84,7 @@ pub fn in_force(
         }
         laws.push((law, amplitude));
     }
-    Some((own, data, scales, laws))
+    Some(ByCourse { study: own, data, scales, laws })
 }
 
 /// Whether the amplitude of a cause may run over the rows: whether the machine file, or what shows its readings, has words for that.

@@ -489,7 +489,7 @@ impl Rows {
     fn eliminate(&self, looseness: Looseness) -> Option<Eliminated> {
         let deviations = self.deviations(looseness);
         let acting = deviations.iter().copied().enumerate().filter(|(_, d)| *d > 0.0);
-        let (mut heats, others): (Vec<(usize, f64)>, Vec<(usize, f64)>) = acting.partition(|(k, _)| self.of_heats().contains(k));
+        let (mut heats, others): (Vec<_>, Vec<_>) = acting.partition(|(k, _)| self.of_heats().contains(k));
         let mut log_determinant = 0.0;
         for (k, root) in &mut heats {
             let diagonal = 1.0 + root.powi(2) * self.gram[(*k, *k)];
@@ -555,7 +555,7 @@ mod tests {
         let wave = |k: usize| DVector::from_fn(8, |i, _| ((i * (k + 2) + k) as f64 * 0.7).sin());
         let columns: Vec<DVector<f64>> = (0..8).map(wave).collect();
         let whitening = Whitening::Blocks(vec![Cholesky::new(DMatrix::identity(8, 8)).unwrap()]);
-        let plain = Rows { of: vec![0, 1, 2], ..Rows::without_columns(vec![0..8], whitening, 0.0, 1) };
+        let plain = Rows { of: vec![0, 1, 2], ..Rows::without_columns(ranges(&[0; 8]), whitening, 0.0, 1) };
         let rows = plain.with_columns(&columns, [1, 2, 3, 1]);
         let looseness = Looseness { spread: 0.3, disturbance: 2.0, level: 0.2, conditions: 0.7, wandering: 0.0, noise: 1.5 };
         let deviations = [1.5, 0.3, 0.3, 2.0, 2.0, 2.0, 0.2, 0.7];
