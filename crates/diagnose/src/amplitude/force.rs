@@ -52,7 +52,7 @@ pub struct ByCourse {
     pub study: Study,
     /// The data, with the courses.
     pub data: Data,
-    /// Where laws are one there.
+    /// Scales at which laws are one in that machine.
     pub scales: Scales,
     /// Each cause under the law by which it is in force, with its amplitude.
     pub laws: Vec<(Hypothesis, f64)>,

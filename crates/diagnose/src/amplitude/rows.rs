@@ -32,7 +32,7 @@ pub struct Recent<T> {
 }
 
 impl<T> Recent<T> {
-    /// As many as this at most.
+    /// A store of as many as this at most.
     pub fn of(most: usize) -> Self {
         Self { most, all: Mutex::default() }
     }

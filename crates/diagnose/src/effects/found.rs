@@ -304,7 +304,7 @@ impl FoundLaw {
         })
     }
 
-    /// Its factor after the last row of the data; `None` where nothing is known of it. What set in stays.
+    /// Factor of the law after the last row of the data; `None` where nothing is known of later rows. What set in at a row stays.
     pub fn factor_afterwards(&self) -> Option<f64> {
         match self {
             Self::One | Self::Rows(Sequence::From(_)) => Some(1.0),
