@@ -49,8 +49,12 @@ pub struct Rung {
     pub probability_left: f64,
     /// Where most of what is left is.
     pub where_left: Option<WhereLeft>,
-    /// What it gains on data that took no part.
+    /// Gain on data that took no part: of the causes that its lines say, or of all where there are no lines.
     pub gain: Option<Gain>,
+    /// Whether all causes together predict data that took no part no better than the machine as it is.
+    is_vetoed: bool,
+    /// Whether a law is known of every cause that its lines say.
+    has_laws: bool,
     /// Lines of the machine file; `None` where it has no words for any cause, or predicts no better with those that it has words for.
     pub sets: Option<Lines>,
     /// Causes that these lines leave out, for a machine file has no words for them.
@@ -141,17 +145,16 @@ fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnosis> {
     let rung = rung.filter(|rung| rung.causes.len() == all.len() || shows(rung));
     let mut answer = weighed.answer(&explanations, rung.as_ref());
     let is_log = problem.data.is_transient();
-    let gain = |rung: &Option<Rung>| rung.as_ref().and_then(|rung| rung.gain.clone());
     // A law holds in rows that took no part; a number of its own in every row, or a curve over few, says little of them and may act all the same.
-    let scales = &places.scales;
-    let has_laws = all.iter().all(|cause| scales.found(cause.hypothesis.law).is_none_or(|law| !law.is_unknown()));
+    let has_laws = all.iter().all(|cause| cause.hypothesis.has_known_law(&places.scales));
     let is_extended = answer.verdict.names_causes()
         && rung.as_ref().is_some_and(|rung| {
-            let is_certain = answer.verdict == Verdict::Explained && has_laws || rung.gain.as_ref().map_or(has_laws, |gain| gain.low > 0.0);
-            rung.share > 0.0 && !rung.gain.as_ref().is_some_and(Gain::is_none) && (is_certain || !is_log && has_laws)
+            let is_certain =
+                answer.verdict == Verdict::Explained && rung.has_laws || rung.gain.as_ref().map_or(rung.has_laws, |gain| gain.low > 0.0);
+            rung.share > 0.0 && !rung.gain.as_ref().is_some_and(Gain::is_none) && (is_certain || !is_log && rung.has_laws)
         });
     let misses = answer.verdict.names_causes() && rung.as_ref().is_some_and(|rung| rung.share <= 0.0);
-    let is_vetoed = answer.verdict.names_causes() && gain(&rung).as_ref().is_some_and(Gain::is_none);
+    let is_vetoed = answer.verdict.names_causes() && rung.as_ref().is_some_and(|rung| rung.is_vetoed);
     if is_vetoed && has_laws || misses {
         answer.verdict = Verdict::CannotTell;
         answer.level = decide::Level::nothing(answer.level.probability);
@@ -162,7 +165,7 @@ fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnosis> {
         answer.level = decide::region(&explanations, problem.settings.certain);
     }
     let rung = if is_extended { rung } else { weighed.calibrated()? };
-    let found_gain = gain(&rung).or_else(|| weighed.without_gain());
+    let gain = rung.as_ref().and_then(|rung| rung.gain.clone()).or_else(|| weighed.without_gain());
     let next = if matches!(answer.verdict, Verdict::CannotTell | Verdict::SomethingElse) {
         progress.say("what to measure next");
         let open: Vec<&Explanation> = answer.set.iter().map(|i| &explanations[*i]).collect();
@@ -184,7 +187,7 @@ fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnosis> {
         tried: Tried { all: beside.count(), visible: places.tried },
         residuals: residuals(&beside),
         explained: rung.as_ref().map(|rung| rung.predicted.clone()),
-        gain: found_gain,
+        gain,
         next,
         missing: weighed.empty().map_or_else(Vec::new, |nothing| missing::missing(&beside, nothing)),
         sets: rung.as_ref().and_then(|rung| rung.sets.clone()),
@@ -290,7 +293,21 @@ impl Weighed<'_> {
         let aside = found.aside();
         // Predictions of other rows are of all causes together: of some of them there are none.
         let kept_out = kept_out.filter(|_| found.causes.len() == all.len());
-        let gain = kept_out.and_then(|kept_out| self.gain(kept_out, found.ranges(), aside));
+        let predictor = self.beside.predictor();
+        let mut is_chosen = Vec::with_capacity(found.causes.len());
+        for cause in &found.causes {
+            is_chosen.push(predictor.written(&[(&cause.hypothesis, cause.amplitude)])?.is_some());
+        }
+        let whole = vec![true; is_chosen.len()];
+        if !is_chosen.contains(&true) {
+            is_chosen.clone_from(&whole);
+        }
+        let gain_of = |is_chosen: &[bool]| kept_out.and_then(|kept_out| self.gain(kept_out, is_chosen, found.ranges(), aside));
+        let gain = gain_of(&is_chosen);
+        let of_all = if is_chosen == whole { gain.clone() } else { gain_of(&whole) };
+        let is_vetoed = of_all.is_some_and(|(gain, _)| gain.is_none());
+        let chosen = found.causes.iter().zip(&is_chosen).filter(|(_, is_chosen)| **is_chosen);
+        let has_laws = chosen.into_iter().all(|(cause, _)| cause.hypothesis.has_known_law(&self.beside.scales));
         let drawn = if gain.as_ref().is_some_and(|(_, with_numbers)| *with_numbers) { found.drawn() } else { Vec::new() };
         let plain = found.predicted(&[])?;
         // They were drawn by slopes.
@@ -326,6 +343,8 @@ impl Weighed<'_> {
             correlations: found.correlations(&refitted),
             off_in_full: self.off_in_full(&members),
             gain: gain.map(|(gain, _)| gain),
+            is_vetoed,
+            has_laws,
             causes: found.causes,
             refitted,
             sets,
@@ -386,13 +405,15 @@ impl Weighed<'_> {
         gain(problem, base, &rows.ranges, &vec![0.0; base.found.residual.len()], &empty.errors.aside)
     }
 
-    /// The gain with numbers of the file as the readings draw them or as the file has them, whichever predicts better, and whether it is with
-    /// them.
-    fn gain(&self, kept_out: &KeptOut, rows: &[Range<usize>], aside: &[usize]) -> Option<(Gain, bool)> {
+    /// The gain of some causes with numbers of the file as the readings draw them or as the file has them, whichever predicts better, and whether
+    /// it is with them.
+    fn gain(&self, kept_out: &KeptOut, is_chosen: &[bool], rows: &[Range<usize>], aside: &[usize]) -> Option<(Gain, bool)> {
         let Beside { problem, base, .. } = self.beside;
-        let of = |change: &Vec<f64>| gain(problem, base, rows, change, aside);
-        let plain = of(&kept_out.by_causes)?;
-        let drawn = kept_out.with_numbers.as_ref().and_then(of).filter(|drawn| drawn.after < plain.after);
+        let by_causes = kept_out.by(is_chosen);
+        let of = |change: &[f64]| gain(problem, base, rows, change, aside);
+        let plain = of(&by_causes)?;
+        let with_numbers = |own: &Vec<f64>| of(&by_causes.iter().zip(own).map(|(a, b)| a + b).collect::<Vec<f64>>());
+        let drawn = kept_out.by_numbers.as_ref().and_then(with_numbers).filter(|drawn| drawn.after < plain.after);
         Some(drawn.map_or((plain, false), |drawn| (drawn, true)))
     }
 

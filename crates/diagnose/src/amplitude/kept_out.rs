@@ -8,10 +8,23 @@ use crate::open_numbers::OpenNumber;
 /// a further one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct KeptOut {
-    /// By the causes.
-    pub by_causes: Vec<f64>,
-    /// By the causes and by numbers of the file that may be off; none where there are no such numbers.
-    pub with_numbers: Option<Vec<f64>>,
+    /// By each cause.
+    by_causes: Vec<Vec<f64>>,
+    /// What causes together change beyond the sum of what each does.
+    together: Vec<f64>,
+    /// By numbers of the file that may be off; none where there are no such numbers.
+    pub by_numbers: Option<Vec<f64>>,
+}
+
+impl KeptOut {
+    /// Changes by some of the causes.
+    pub fn by(&self, is_chosen: &[bool]) -> Vec<f64> {
+        let mut all = self.together.clone();
+        for (own, _) in self.by_causes.iter().zip(is_chosen).filter(|(_, is_chosen)| **is_chosen) {
+            all.iter_mut().zip(own).for_each(|(sum, change)| *sum += change);
+        }
+        all
+    }
 }
 
 impl Search<'_> {
@@ -22,8 +35,17 @@ impl Search<'_> {
         let explained = self.explained(&linear, fit.looseness, &self.followed(&fit.freedoms))?;
         let posterior = explained.posterior(&fit.freedoms, fit.looseness)?;
         let places: Vec<usize> = numbers.iter().flat_map(|number| number.places.iter().copied()).collect();
-        let mut left = linear.residual.clone();
-        let mut by_numbers = vec![0.0; left.len()];
+        let mut together: Vec<f64> = self.residual.iter().zip(&linear.residual).map(|(before, left)| before - left).collect();
+        let mut by_causes = Vec::with_capacity(fit.members.len());
+        for ((member, slope), own) in fit.members.iter().zip(&linear.slopes).zip(&fit.amplitudes) {
+            let mut straight = vec![0.0; together.len()];
+            slope.add_to(&mut straight, own, &self.errors.row_of);
+            let (change, _) = self.candidates[*member].answer.at(own, &self.errors.row_of);
+            let bend: Vec<f64> = change.iter().zip(&straight).map(|(change, straight)| change - straight).collect();
+            together.iter_mut().zip(&bend).for_each(|(all, own)| *all -= own);
+            by_causes.push(bend);
+        }
+        let mut by_numbers = vec![0.0; together.len()];
         let smooth = self.all_profiles.curves();
         for (row, without) in posterior.without_each_row(&places)?.iter().enumerate() {
             let readings = explained.readings(row);
@@ -39,11 +61,11 @@ impl Search<'_> {
                         let said = || own.iter().zip(&linear.profiles.functions.row(row)).map(|(c, f)| c * f).sum::<f64>();
                         let amplitude = if is_given { fit.amplitudes[k][row] } else { said() };
                         let amplitude = amplitude.clamp(candidate.range.0, candidate.range.1);
-                        readings.clone().for_each(|i| left[i] -= amplitude * slope[i]);
+                        readings.clone().for_each(|i| by_causes[k][i] += amplitude * slope[i]);
                     }
                     Slope::OfFunctions(columns) => {
                         for (c, column) in own.iter().zip(columns).filter(|(c, _)| **c != 0.0) {
-                            readings.clone().for_each(|i| left[i] -= c * column[i]);
+                            readings.clone().for_each(|i| by_causes[k][i] += c * column[i]);
                         }
                     }
                 }
@@ -54,8 +76,6 @@ impl Search<'_> {
                 readings.clone().for_each(|i| by_numbers[i] += mean * number.column[i]);
             }
         }
-        let by_causes: Vec<f64> = self.residual.iter().zip(&left).map(|(before, after)| before - after).collect();
-        let with_numbers = || by_causes.iter().zip(&by_numbers).map(|(a, b)| a + b).collect();
-        Some(KeptOut { with_numbers: (!numbers.is_empty()).then(with_numbers), by_causes })
+        Some(KeptOut { by_causes, together, by_numbers: (!numbers.is_empty()).then_some(by_numbers) })
     }
 }

@@ -355,6 +355,11 @@ impl Hypothesis {
         self.afterwards(scales, 1.0).is_some()
     }
 
+    /// Whether its law is a law, and not a curve or a number of its own in every row.
+    pub fn has_known_law(&self, scales: &Scales) -> bool {
+        scales.found(self.law).is_none_or(|law| !law.is_unknown())
+    }
+
     /// Whether it is the same cause, whatever its amplitude may be.
     pub fn is_same(&self, other: &Self) -> bool {
         (self.effect, self.law, &self.place) == (other.effect, other.law, &other.place)
