@@ -466,5 +466,5 @@ pub fn signatures(
     if data.is_transient() {
         return history::Logs { study, data, runs: runs.into(), scales, user }.signatures(uncertain, hypotheses, None);
     }
-    signature::steady(study, data, uncertain, hypotheses, (scales, user), None)
+    signature::steady(study, data, Some(uncertain), hypotheses, (scales, user), None)
 }

@@ -40,14 +40,15 @@ pub(super) fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| a - b).collect()
 }
 
-/// Signatures in steady state, from the temperatures `near` of a machine much like this one, where there are any.
+/// Signatures in steady state, from the temperatures `near` of a machine much like this one, where there are any. Slopes with respect to
+/// `uncertain` parameters and the condition variables are left out where there is no list of the former.
 ///
 /// # Errors
 /// The machine as it is cannot be solved at the data's conditions.
 pub fn steady(
     study: &Study,
     data: &Data,
-    uncertain: &[MachineParameter],
+    uncertain: Option<&[MachineParameter]>,
     hypotheses: &[Hypothesis],
     (scales, user): (&Scales, &[UserKind]),
     near: Option<&[Vec<f64>]>,
@@ -56,8 +57,12 @@ pub fn steady(
     let states = states(study, &distinct, near.unwrap_or(&[]))?;
     // Beside a machine much like it only what is uncertain is asked for: how large it is, not which cause it is.
     let aim = if near.is_some() && study.tables == StateTables::Reduced { ROUGH } else { ADJOINT };
-    let variables = study.model.machine.variables.iter().map(|v| study.parameter(&v.name)).collect::<Result<Vec<_>>>()?;
-    let wanted: Vec<_> = uncertain.iter().chain(&variables).cloned().collect();
+    let mut wanted: Vec<MachineParameter> = uncertain.unwrap_or_default().to_vec();
+    let p = wanted.len();
+    if uncertain.is_some() {
+        let variables = study.model.machine.variables.iter().map(|v| study.parameter(&v.name));
+        wanted.extend(variables.collect::<Result<Vec<_>>>()?);
+    }
     let derivatives = EffectDerivatives::new(study, hypotheses, user);
     let responses: Vec<SensorResponse> = data.sensors.iter().map(|s| study.model.machine.sensors[*s].shows).collect();
     struct At {
@@ -113,7 +118,6 @@ pub fn steady(
     };
     let all: Vec<At> = states.par_iter().map(of).collect::<Result<_>>()?;
     let places = whiten::places(data);
-    let p = uncertain.len();
     let pick = |which: std::ops::Range<usize>| -> Vec<Vec<f64>> {
         places.iter().map(|(r, k)| which.clone().map(|w| all[index[*r]].slopes[w][*k]).collect()).collect()
     };

@@ -63,7 +63,7 @@ impl Comparison {
         let mut found = if is_log {
             signatures(study, data, problem.runs(), &uncertain, catalogue, scales, &problem.user)?
         } else {
-            signature::steady(study, data, &uncertain, catalogue, (scales, &problem.user), near)?
+            signature::steady(study, data, Some(&uncertain), catalogue, (scales, &problem.user), near)?
         };
         let enough = MESH_BESIDE_NOISE * root_mean_square(&whiten::deviations(data, &problem.uncertainty));
         let within = (ON_MESHES * enough).clamp(ON_MESHES_WITHIN.0, ON_MESHES_WITHIN.1);

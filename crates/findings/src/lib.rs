@@ -168,16 +168,28 @@ impl Findings<'_> {
     fn verdict_in_words(&self) -> String {
         let found = &self.diagnosis;
         match found.verdict {
-            Verdict::Consistent if found.unexplained != Looseness::default() => format!(
-                "The readings do not contradict the machine: no cause has probability {}, beside what models of such machines leave open ({}).",
-                probability(found.others.nothing),
-                found.unexplained.in_words()
-            ),
-            Verdict::Consistent => format!(
-                "The readings do not contradict the machine: no cause has probability {}, and a misfit this large or larger {:.2}.",
-                probability(found.others.nothing),
-                found.misfit.probability
-            ),
+            Verdict::Consistent => {
+                let nothing = probability(found.others.nothing);
+                let (readings, aside) = match found.aside().len() {
+                    0 => ("The readings".into(), ""),
+                    1 => (
+                        "Without the part of the table that is set aside as grossly wrong the readings".into(),
+                        " Check that part first: a cause that acts in it alone looks the same.",
+                    ),
+                    n => (
+                        format!("Without {n} parts of the table that are set aside as grossly wrong the readings"),
+                        " Check these parts first: a cause that acts in them alone looks the same.",
+                    ),
+                };
+                let open = if found.unexplained != Looseness::default() {
+                    format!(", beside what models of such machines leave open ({})", found.unexplained.in_words())
+                } else if aside.is_empty() {
+                    format!(", and a misfit this large or larger {:.2}", found.misfit.probability)
+                } else {
+                    String::new()
+                };
+                format!("{readings} do not contradict the machine: no cause has probability {nothing}{open}.{aside}")
+            }
             Verdict::Explained => {
                 let what = found.explanations.first().map(words).unwrap_or_default();
                 let p = probability(found.level.probability);

@@ -1,5 +1,6 @@
 //! Steady tables about the machine with a set in force: each row has its own amplitudes, and its readings answer to these alone.
 
+use std::borrow::Cow;
 use std::sync::OnceLock;
 
 use super::force::{self, Acting, Forced};
@@ -50,7 +51,7 @@ impl Table<'_> {
             return None;
         }
         let amplitudes = &self.within(members, amplitudes)[..];
-        let (forced, change) = self.with(members, amplitudes)?;
+        let (forced, change, fields) = self.with(members, amplitudes)?;
         let slope = |k: usize| -> Option<Slope> {
             if self.visible[members[k]].0.is_fixed() {
                 // An exchange is straight.
@@ -66,7 +67,7 @@ impl Table<'_> {
             let steps: Vec<f64> = amplitudes[k].iter().map(|a| if a + STEP > most { -STEP } else { STEP }).collect();
             let mut more = amplitudes.to_vec();
             more[k].iter_mut().zip(&steps).for_each(|(a, step)| *a += step);
-            let (_, more) = self.with(members, &more)?;
+            let (_, more, _) = self.with(members, &more)?;
             let of = |(i, (m, c)): (usize, (&f64, &f64))| (m - c) / steps[self.errors.row_of[i]];
             Some(Slope::OfRow(more.iter().zip(&change).enumerate().map(of).collect()))
         };
@@ -77,7 +78,7 @@ impl Table<'_> {
             None => {
                 let places = members.iter().zip(amplitudes).flat_map(|(m, own)| self.of_place(*m, own));
                 let stated = self.errors.stated.iter().cloned().chain(places).collect();
-                let own = Errors { numbers: self.numbers(&forced)?, stated, ..self.errors.clone() };
+                let own = Errors { numbers: self.numbers(&forced, &fields)?, stated, ..self.errors.clone() };
                 exchanges.iter().fold(own, |own, exchange| own.map(|column| exchange.shown(column)))
             }
         };
@@ -100,8 +101,8 @@ impl Table<'_> {
         members.iter().zip(amplitudes).map(of).collect()
     }
 
-    /// The machine with members in force, and the change of the readings, K.
-    fn with(&self, members: &[usize], amplitudes: &[Vec<f64>]) -> Option<(Forced, Vec<f64>)> {
+    /// The machine with members in force, the change of the readings, K, and the temperatures of all nodes at each distinct condition, K.
+    fn with(&self, members: &[usize], amplitudes: &[Vec<f64>]) -> Option<(Forced, Vec<f64>, Cow<'_, [Vec<f64>]>)> {
         let data = &self.problem.data;
         let read = rows_that_count(data);
         let course = |(m, own): (&usize, &Vec<f64>)| {
@@ -114,9 +115,12 @@ impl Table<'_> {
         let forced = Forced::new(self.problem, self.predictor, &courses)?;
         let places = whiten::places(data);
         let acts = courses.iter().any(|own| !own.hypothesis.is_sensor());
-        let values = match acts {
-            true => identify::steady_near(&forced.problem.study, &forced.problem.data, self.predictor.fields).ok()?.0,
-            false => self.predictor.predicted.to_vec(),
+        let near = self.predictor.fields;
+        let (values, fields) = match acts {
+            true => identify::steady_near(&forced.problem.study, &forced.problem.data, near)
+                .map(|(values, fields)| (values, Cow::Owned(fields)))
+                .ok()?,
+            false => (self.predictor.predicted.to_vec(), Cow::Borrowed(near)),
         };
         let mut values = force::shown((&forced.scales, &forced.problem), &values, &forced.laws, None);
         for Acting { hypothesis: h, values: course, .. } in &courses {
@@ -126,7 +130,7 @@ impl Table<'_> {
             }
         }
         let change = values.iter().zip(self.predictor.predicted).map(|(v, p)| v - p).collect();
-        Some((forced, change))
+        Some((forced, change, fields))
     }
 
     /// What hangs on where in its part a path is attached: columns of unit variance, K.
@@ -153,8 +157,9 @@ impl Table<'_> {
         self.attached.get_or_init(of).as_ref()
     }
 
-    /// Change of the readings with the logarithm of each number of the machine with causes in force, K.
-    fn numbers(&self, forced: &Forced) -> Option<Vec<Vec<f64>>> {
+    /// Change of the readings with the logarithm of each number of the machine with causes in force, K, where its nodes have these temperatures
+    /// (K).
+    fn numbers(&self, forced: &Forced, fields: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
         let Forced { problem, scales, .. } = forced;
         // An effect is numbered anew in another file.
         let own = hypotheses(&problem.study, &problem.data, &problem.user);
@@ -164,7 +169,7 @@ impl Table<'_> {
         };
         let numbers = self.base.numbers.iter().map(same).collect::<Option<Vec<Hypothesis>>>()?;
         let about = (scales, problem.user.as_slice());
-        let found = signature::steady(&problem.study, &problem.data, &[], &numbers, about, Some(self.predictor.fields)).ok()?;
+        let found = signature::steady(&problem.study, &problem.data, None, &numbers, about, Some(fields)).ok()?;
         let scaled = |(column, (_, unit)): (&Vec<f64>, &(Hypothesis, f64))| column.iter().map(|c| unit * c).collect();
         Some(found.columns.iter().zip(&self.base.numbers).map(scaled).collect())
     }

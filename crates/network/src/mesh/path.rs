@@ -98,6 +98,16 @@ pub fn pieces(mesh: &Mesh, channel: &Channel) -> Vec<ChannelPiece> {
     found
 }
 
+/// A cell that points of a ring fall into.
+struct TouchedCell {
+    /// Grid of the mesh.
+    grid: usize,
+    /// Cell of the mesh.
+    cell: usize,
+    /// Points in it, a count.
+    points: f64,
+}
+
 /// Cuts a channel into stations about one cell long.
 ///
 /// # Errors
@@ -155,7 +165,7 @@ fn station(mesh: &Mesh, channel: &Channel, part_name: &str, piece: &ChannelPiece
     let radius = channel.diameter / 2.0;
     let [e1, e2] = piece.normals();
     let mut cells: Vec<(usize, f64)> = Vec::new();
-    let mut rings: Vec<Vec<(usize, usize, [f64; 3])>> = Vec::new();
+    let mut rings: Vec<Vec<TouchedCell>> = Vec::new();
     for (centre, points) in piece.wall(channel.diameter) {
         let Some(home) = mesh.grid_at(channel.part, centre, 1e-6) else {
             return Err(Error::input(format!(
@@ -165,12 +175,15 @@ fn station(mesh: &Mesh, channel: &Channel, part_name: &str, piece: &ChannelPiece
             .at_key(format!("channel.{}.path", channel.name))
             .help("move the corners of the path inside the part, or name the part the channel runs through"));
         };
-        let mut ring = Vec::with_capacity(RING);
+        let mut ring: Vec<TouchedCell> = Vec::new();
         for point in points {
             // A wall point that sticks out of the part belongs to the nearest cell of the block around the axis.
             let g = mesh.grid_at(channel.part, point, 1e-6).unwrap_or(home);
             let cell = mesh.grids[g].cell(mesh.grids[g].locate(point));
-            ring.push((g, cell, point));
+            match ring.iter_mut().find(|known| known.cell == cell) {
+                Some(known) => known.points += 1.0,
+                None => ring.push(TouchedCell { grid: g, cell, points: 1.0 }),
+            }
             let share = 1.0 / (RING * RINGS) as f64;
             match cells.iter_mut().find(|(known, _)| *known == cell) {
                 Some((_, s)) => *s += share,
@@ -180,7 +193,7 @@ fn station(mesh: &Mesh, channel: &Channel, part_name: &str, piece: &ChannelPiece
         rings.push(ring);
     }
     let mean = rings.iter().map(|ring| log_mean_distance(mesh, ring, e1, e2)).sum::<f64>() / rings.len() as f64;
-    let frame = mesh.grids[rings[0][0].0].frame;
+    let frame = mesh.grids[rings[0][0].grid].frame;
     let shape = (mean - radius.ln()) / std::f64::consts::TAU;
     Ok(Station { length: piece.length, cells, shape, across: across(frame, piece.direction) })
 }
@@ -201,31 +214,31 @@ fn across(frame: LocalFrame, direction: [f64; 3]) -> [f64; 3] {
 
 /// Mean over all pairs of sampled points of the logarithm of the distance between the cells they fall
 /// into; within one cell, of 0.14 times the root of the squared widths (Peaceman's equivalent radius).
-fn log_mean_distance(mesh: &Mesh, ring: &[(usize, usize, [f64; 3])], e1: [f64; 3], e2: [f64; 3]) -> f64 {
-    let place: Vec<([f64; 3], f64)> = ring
-        .iter()
-        .map(|(g, cell, _)| {
-            let grid = &mesh.grids[*g];
-            let c = grid.indices(*cell);
-            let centre = grid.to_machine([0, 1, 2].map(|d| grid.centre(d, c[d])));
-            let corner = |high: usize| grid.to_machine([0, 1, 2].map(|d| grid.edges[d][c[d] + high]));
-            let (low, high) = (corner(0), corner(1));
-            let width = |e: [f64; 3]| (0..3).map(|d| (high[d] - low[d]).abs() * e[d].abs()).sum::<f64>();
-            (centre, 0.14 * width(e1).hypot(width(e2)))
-        })
-        .collect();
+fn log_mean_distance(mesh: &Mesh, ring: &[TouchedCell], e1: [f64; 3], e2: [f64; 3]) -> f64 {
+    // Place across the channel, for along it the ring is one line, and the logarithm of the equivalent radius with its square.
+    let place = |touched: &TouchedCell| {
+        let grid = &mesh.grids[touched.grid];
+        let c = grid.indices(touched.cell);
+        let centre = grid.to_machine([0, 1, 2].map(|d| grid.centre(d, c[d])));
+        let corner = |high: usize| grid.to_machine([0, 1, 2].map(|d| grid.edges[d][c[d] + high]));
+        let (low, high) = (corner(0), corner(1));
+        let width = |e: [f64; 3]| (0..3).map(|d| (high[d] - low[d]).abs() * e[d].abs()).sum::<f64>();
+        let along = |e: [f64; 3]| (0..3).map(|d| centre[d] * e[d]).sum::<f64>();
+        let square = 0.14 * 0.14 * (width(e1) * width(e1) + width(e2) * width(e2));
+        ([along(e1), along(e2)], square, 0.5 * square.ln())
+    };
+    let places: Vec<([f64; 2], f64, f64)> = ring.iter().map(place).collect();
     let mut sum = 0.0;
-    for (i, (a, own)) in place.iter().enumerate() {
-        for (j, (b, _)) in place.iter().enumerate() {
-            let apart: f64 = {
-                // Only the distance across the channel counts: along it the ring is one line.
-                let project = |e: [f64; 3]| (0..3).map(|d| (a[d] - b[d]) * e[d]).sum::<f64>();
-                project(e1).hypot(project(e2))
-            };
-            sum += if i == j || ring[i].1 == ring[j].1 || apart < *own { own.ln() } else { apart.ln() };
+    for (i, (a, own, log)) in places.iter().enumerate() {
+        sum += ring[i].points * ring[i].points * log;
+        for (j, (b, other, other_log)) in places.iter().enumerate().skip(i + 1) {
+            let apart = (a[0] - b[0]).powi(2) + (a[1] - b[1]).powi(2);
+            let of = 0.5 * apart.max(f64::MIN_POSITIVE).ln();
+            let both = if apart < *own { *log } else { of } + if apart < *other { *other_log } else { of };
+            sum += ring[i].points * ring[j].points * both;
         }
     }
-    sum / (place.len() * place.len()) as f64
+    sum / ring.iter().map(|touched| touched.points).sum::<f64>().powi(2)
 }
 
 /// Two unit vectors normal to a direction and to each other.
