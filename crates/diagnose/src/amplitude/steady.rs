@@ -41,6 +41,16 @@ pub struct Table<'a> {
     pub attached: OnceLock<Option<(Attached<'a>, Vec<Vec<f64>>)>>,
 }
 
+/// The machine with members in force, solved.
+struct Solved<'a> {
+    /// The machine.
+    forced: Forced,
+    /// Change of the readings, K.
+    change: Vec<f64>,
+    /// Temperatures of all nodes at each distinct condition, K.
+    fields: Cow<'a, [Vec<f64>]>,
+}
+
 impl Table<'_> {
     /// The machine with members in force at amplitudes in each row with readings, in units of their scales; `None` where it cannot be solved.
     pub fn about(&self, members: &[usize], amplitudes: &[Vec<f64>], known: Option<&Errors>) -> Option<(Reference, Errors)> {
@@ -51,7 +61,7 @@ impl Table<'_> {
             return None;
         }
         let amplitudes = &self.within(members, amplitudes)[..];
-        let (forced, change, fields) = self.with(members, amplitudes)?;
+        let Solved { forced, change, fields } = self.with(members, amplitudes)?;
         let slope = |k: usize| -> Option<Slope> {
             if self.visible[members[k]].0.is_fixed() {
                 // An exchange is straight.
@@ -59,7 +69,7 @@ impl Table<'_> {
                 without[k].fill(0.0);
                 let mut whole = amplitudes.to_vec();
                 whole[k].fill(1.0);
-                let (without, whole) = (self.with(members, &without)?.1, self.with(members, &whole)?.1);
+                let (without, whole) = (self.with(members, &without)?.change, self.with(members, &whole)?.change);
                 return Some(Slope::OfRow(whole.iter().zip(&without).map(|(w, o)| w - o).collect()));
             }
             // At the upper end of its range an amplitude goes down.
@@ -67,7 +77,7 @@ impl Table<'_> {
             let steps: Vec<f64> = amplitudes[k].iter().map(|a| if a + STEP > most { -STEP } else { STEP }).collect();
             let mut more = amplitudes.to_vec();
             more[k].iter_mut().zip(&steps).for_each(|(a, step)| *a += step);
-            let (_, more, _) = self.with(members, &more)?;
+            let more = self.with(members, &more)?.change;
             let of = |(i, (m, c)): (usize, (&f64, &f64))| (m - c) / steps[self.errors.row_of[i]];
             Some(Slope::OfRow(more.iter().zip(&change).enumerate().map(of).collect()))
         };
@@ -101,8 +111,8 @@ impl Table<'_> {
         members.iter().zip(amplitudes).map(of).collect()
     }
 
-    /// The machine with members in force, the change of the readings, K, and the temperatures of all nodes at each distinct condition, K.
-    fn with(&self, members: &[usize], amplitudes: &[Vec<f64>]) -> Option<(Forced, Vec<f64>, Cow<'_, [Vec<f64>]>)> {
+    /// The machine with members in force.
+    fn with(&self, members: &[usize], amplitudes: &[Vec<f64>]) -> Option<Solved<'_>> {
         let data = &self.problem.data;
         let read = rows_that_count(data);
         let course = |(m, own): (&usize, &Vec<f64>)| {
@@ -130,7 +140,7 @@ impl Table<'_> {
             }
         }
         let change = values.iter().zip(self.predictor.predicted).map(|(v, p)| v - p).collect();
-        Some((forced, change, fields))
+        Some(Solved { forced, change, fields })
     }
 
     /// What hangs on where in its part a path is attached: columns of unit variance, K.
