@@ -10,7 +10,8 @@ use coldplate_architecture::{SourceFile, sources};
 const CRATES: &[(&str, &[&str])] = &[
     ("runtime", &[]),
     ("source-hash", &[]),
-    ("capi", &["runtime"]),
+    ("batch", &["runtime"]),
+    ("capi", &["batch", "runtime"]),
     ("export", &["runtime"]),
     ("serve", &[]),
     ("base", &["runtime"]),
@@ -23,7 +24,7 @@ const CRATES: &[(&str, &[&str])] = &[
     ("reduce", &["base", "describe", "network", "physics", "solve"]),
     ("explore", &["base", "describe", "network", "physics", "reduce", "solve", "tables"]),
     // Fits and verdicts work on any table, measured ones too: they never see the solver.
-    ("surrogate", &["base", "runtime", "tables"]),
+    ("surrogate", &["base", "batch", "runtime", "tables"]),
     ("evidence", &["base", "describe", "explore", "network", "solve", "tables"]),
     ("diagnose", &["base", "describe", "evidence", "explore", "network", "physics", "solve"]),
     ("jobs", &["base", "describe", "explore", "export", "figures", "network", "reduce", "runtime", "solve", "surrogate", "tables"]),

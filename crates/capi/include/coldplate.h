@@ -2,8 +2,8 @@
  * Surrogate files of coldplate, read and evaluated. Link with libcoldplate_capi.
  *
  * Every function that returns an int returns one of the codes below; coldplate_error_text says it in words. A handle is
- * never written to after it was opened: several threads may ask it at once. Opening takes memory for the handle; no other
- * function takes any. The bytes of the file stay the caller's, and stay as they are until the handle is closed.
+ * never written to after it was opened: several threads may ask it at once. Opening takes memory for the handle, and a
+ * batch 74 kB while it lasts; no other function takes any. The bytes of the file stay the caller's, and stay as they are until the handle is closed.
  */
 #ifndef COLDPLATE_H
 #define COLDPLATE_H
@@ -105,6 +105,11 @@ int coldplate_limit_name(const coldplate_surrogate *surrogate, size_t index, col
 
 /* The values of all points at the condition x, one value per variable. Outside the fitted range they are extrapolated. */
 int coldplate_evaluate(const coldplate_surrogate *surrogate, const double *x, size_t variables, double *values, size_t points);
+
+/* The values of all points at many conditions, one after the other in x as in values: bit for bit those of coldplate_evaluate,
+ * in a fraction of the time. */
+int coldplate_evaluate_batch(const coldplate_surrogate *surrogate, const double *x, size_t variables, double *values,
+                             size_t points, size_t conditions);
 
 /* What a controller adds at the condition x to be where it is meant to be: every displacement with the opposite sign, 0 for
  * points that are none. */

@@ -2,7 +2,8 @@
 //!
 //! This crate alone of the workspace uses `unsafe`: pointers from C cannot be checked by the compiler. Every function
 //! refuses null pointers; the caller must make sure that every other pointer is as the header asks. A handle is never
-//! written to after opening: several threads may use it at once. Only opening takes memory, for the handle.
+//! written to after opening: several threads may use it at once. Opening takes memory for the handle, and a batch while
+//! it lasts; no other function takes any.
 #![warn(missing_docs)]
 
 mod steps;
@@ -242,6 +243,35 @@ pub unsafe extern "C" fn coldplate_evaluate(
         return NULL;
     };
     if own.0.evaluate(x, values).is_ok() { DONE } else { LENGTH }
+}
+
+/// The values of all points at many conditions.
+///
+/// # Safety
+/// `handle` is open, or null; `x` has `variables` numbers for each of `conditions` and `values` has `points` places, or
+/// they are null.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn coldplate_evaluate_batch(
+    handle: *const Handle,
+    x: *const f64,
+    variables: usize,
+    values: *mut f64,
+    points: usize,
+    conditions: usize,
+) -> c_int {
+    // SAFETY: the caller promises an open handle.
+    let Some(own) = (unsafe { handle.as_ref() }) else { return NULL };
+    let (Some(numbers_of_x), Some(places_of_values)) = (variables.checked_mul(conditions), points.checked_mul(conditions)) else {
+        return LENGTH;
+    };
+    // SAFETY: the caller promises the memory behind the pointers.
+    let (Some(x), Some(values)) = (unsafe { numbers(x, numbers_of_x) }, unsafe { places(values, places_of_values) }) else {
+        return NULL;
+    };
+    if (variables, points) != (own.0.variable_count(), own.0.point_count()) {
+        return LENGTH;
+    }
+    if coldplate_batch::evaluate(&own.0, x, values, &mut Box::default()).is_ok() { DONE } else { LENGTH }
 }
 
 /// The correction that a controller adds: every displacement with the opposite sign, 0 for other points.

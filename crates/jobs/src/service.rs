@@ -105,10 +105,13 @@ impl Book {
     /// The answers to many conditions as JSON, in their order.
     ///
     /// # Errors
-    /// There is no condition; otherwise the error of the first condition with one.
+    /// There is no condition; errors of [`BatchQuestion::columns_of`]; otherwise the error of the first condition with one.
     pub fn answers(&self, batch: &BatchQuestion) -> Result<Vec<u8>> {
         if batch.conditions.is_empty() {
             return Err(Error::input("there are no conditions here").at_key("conditions").help("give one object for each"));
+        }
+        if !batch.columns.is_empty() {
+            return batch.columns_of(self.surrogate());
         }
         let one = |(place, condition): (usize, &BatchCondition)| {
             let question = Question { condition: condition.0.clone(), confidence: batch.confidence, ..Question::default() };

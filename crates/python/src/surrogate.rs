@@ -17,7 +17,6 @@ use coldplate_surrogate::verdict::{stated, update};
 use coldplate_tables::{Ledger, Table};
 use numpy::ndarray::{Array2, Array3, Dimension};
 use numpy::{Element, IntoPyArray, PyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
-use pulp::{Arch, Simd, WithSimd};
 use pyo3::prelude::*;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -195,8 +194,8 @@ impl Surrogate {
         let mut places = found.try_readwrite().map_err(|e| wrong(py, e.to_string()))?;
         if let Ok(values) = places.as_slice_mut() {
             py.detach(|| {
-                let (pieces, arch) = (values.par_chunks_mut(PIECE * points).zip(x.par_chunks(PIECE * variables)), Arch::new());
-                pieces.try_for_each_init(Box::<Room>::default, |room, (values, x)| arch.dispatch(Batch { opened, x, values, room }))
+                let pieces = values.par_chunks_mut(PIECE * points).zip(x.par_chunks(PIECE * variables));
+                pieces.try_for_each_init(Box::<Room>::default, |room, (values, x)| coldplate_batch::evaluate(opened, x, values, room))
             })
             .map_err(|e| wrong(py, e.to_string()))?;
         }
@@ -275,23 +274,6 @@ fn deviation(text: &str) -> coldplate::Result<f64> {
     Err(error.help("write for example noise=\"0.1 K\""))
 }
 
-/// Values of a piece, in the widest registers of the present machine.
-struct Batch<'b, 'f> {
-    opened: &'b Opened<'f>,
-    x: &'b [f64],
-    values: &'b mut [f64],
-    room: &'b mut Room,
-}
-
-impl WithSimd for Batch<'_, '_> {
-    type Output = Result<(), ShapeError>;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> Self::Output {
-        self.opened.evaluate_batch(self.x, self.values, self.room)
-    }
-}
-
 /// A new state, as its numbers.
 fn numbers(py: Python<'_>, made: Result<State, StepError>) -> PyResult<Vec<f64>> {
     made.map(|state| state.numbers().to_vec()).map_err(|e| wrong(py, e.to_string()))
@@ -311,25 +293,27 @@ struct Found {
 impl Found {
     fn at(opened: &Opened<'_>, x: &[f64], confidence: f64) -> Result<Self, ShapeError> {
         let mut found = Self::default();
-        let (mut values, mut bands) = (vec![0.0; opened.point_count()], vec![Band::default(); opened.point_count()]);
+        let (variables, points) = (opened.variable_count(), opened.point_count());
+        found.values.resize(x.len() / variables * points, 0.0);
+        coldplate_batch::evaluate(opened, x, &mut found.values, &mut Box::default())?;
+        let mut bands = vec![Band::default(); points];
         let own: Vec<f64> = opened.points().map(|point| point.half_width).collect();
-        for x in x.chunks_exact(opened.variable_count()) {
+        for (x, values) in x.chunks_exact(variables).zip(found.values.chunks_exact(points)) {
             let (state, probability) = if opened.uncertainty().is_some() {
-                let chance = opened.assess(x, None, confidence, &mut values, &mut bands)?;
+                let chance = opened.chance_at(x, confidence, values, Some(&mut bands[..]))?;
                 found.half_widths.extend(bands.iter().map(|band| band.half_width()));
                 (chance.state, chance.probability)
             } else {
                 found.half_widths.extend(&own);
-                (opened.query(x, &mut values)?.state, f64::NAN)
+                (opened.verdict_at(x, values)?.state, f64::NAN)
             };
-            found.values.extend(&values);
             found.verdicts.push(match state {
                 Acceptability::Acceptable => 0,
                 Acceptability::NotAcceptable => 1,
                 Acceptability::Uncertain => 2,
             });
             found.probabilities.push(probability);
-            let margin = |limit| opened.limit_value(limit, x, &values).map_or(f64::NAN, |own| own.margin);
+            let margin = |limit| opened.limit_value(limit, x, values).map_or(f64::NAN, |own| own.margin);
             found.margins.extend((0..opened.limit_count()).map(margin));
             found.inside.push(opened.in_domain(x));
         }

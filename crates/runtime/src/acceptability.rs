@@ -6,7 +6,7 @@ use crate::direction::Band;
 pub const CONFIDENCE: f64 = 0.95;
 
 /// Whether a condition, or one limit at it, is acceptable; the numbers ascend with severity.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Acceptability {
     /// Every limit is kept even at the upper end of its band.
     Acceptable = 0,

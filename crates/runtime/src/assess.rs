@@ -2,9 +2,9 @@
 
 use crate::acceptability::{Chance, LimitChance};
 use crate::belief::{Belief, Known};
-use crate::direction::{Band, compared};
+use crate::direction::{Band, Here, compared};
 use crate::normal::probability_below;
-use crate::shape::ShapeError;
+use crate::shape::{ShapeError, check};
 use crate::surrogate::Surrogate;
 
 impl Surrogate<'_> {
@@ -42,13 +42,28 @@ impl Surrogate<'_> {
         values: &mut [f64],
         bands: &mut [Band],
     ) -> Result<Chance, ShapeError> {
-        if bands.len() != self.points.len() {
-            return Err(ShapeError { argument: "number of bands", expected: self.points.len(), found: bands.len() });
-        }
+        check("number of bands", self.points.len(), bands.len())?;
         self.judge(x, belief, confidence, values, Some(bands))
     }
 
-    /// The verdict, with the bands if they are asked for.
+    /// The verdict that [`Surrogate::assess`] gives beside the values, from the `values` of [`Surrogate::evaluate`] or
+    /// [`Surrogate::evaluate_batch`] at condition `x`; with the bands if they are asked for.
+    ///
+    /// # Errors
+    /// A slice has a wrong length.
+    pub fn chance_at(&self, x: &[f64], confidence: f64, values: &[f64], bands: Option<&mut [Band]>) -> Result<Chance, ShapeError> {
+        check("number of variables", self.variables.len(), x.len())?;
+        check("number of points", self.points.len(), values.len())?;
+        if let Some(bands) = &bands {
+            check("number of bands", self.points.len(), bands.len())?;
+        }
+        let Some(uncertainty) = &self.uncertainty else { return Ok(self.judge_fit(x, confidence, values, bands)) };
+        let mut here = self.here(uncertainty, x);
+        here.remember();
+        Ok(self.judge_here(x, &here, &Known::File(uncertainty), confidence, values, bands))
+    }
+
+    /// Values and the verdict, with the bands if they are asked for.
     pub(crate) fn judge(
         &self,
         x: &[f64],
@@ -57,35 +72,48 @@ impl Surrogate<'_> {
         values: &mut [f64],
         bands: Option<&mut [Band]>,
     ) -> Result<Chance, ShapeError> {
-        let Some(uncertainty) = &self.uncertainty else {
-            match bands {
-                Some(bands) => self.bands(x, belief, values, bands)?,
-                None => self.evaluate_fit(x, values)?,
-            }
-            let independent = |limit: usize| self.limit_chance(limit, x, None, values);
-            return Ok(self.judge_together(x, confidence, independent, |_, _| 0.0));
-        };
         self.evaluate_fit(x, values)?;
+        let Some(uncertainty) = &self.uncertainty else { return Ok(self.judge_fit(x, confidence, values, bands)) };
         let known = belief.map_or(Known::File(uncertainty), Known::Memory);
         let mut here = self.here(uncertainty, x);
         here.remember();
-        match bands {
-            Some(bands) => here.fill(&known, values, bands),
-            None => here.shift(&known, values),
+        here.shift(&known, values);
+        Ok(self.judge_here(x, &here, &known, confidence, values, bands))
+    }
+
+    /// The verdict by the bands of the fit alone.
+    fn judge_fit(&self, x: &[f64], confidence: f64, values: &[f64], bands: Option<&mut [Band]>) -> Chance {
+        if let Some(bands) = bands {
+            self.solved_bands(bands);
+        }
+        self.judge_together(x, confidence, |limit| self.limit_chance(limit, x, None, values), |_, _| 0.0)
+    }
+
+    fn judge_here(
+        &self,
+        x: &[f64],
+        here: &Here<'_>,
+        known: &Known<'_, '_, '_>,
+        confidence: f64,
+        values: &[f64],
+        bands: Option<&mut [Band]>,
+    ) -> Chance {
+        if let Some(bands) = bands {
+            here.fill(known, bands);
         }
         let direction = |limit: usize| self.limits.get(limit).map(|record| here.limit(self.limit_kind(record), values));
         let chance = |limit: usize| {
             let (kind, maximum) = (self.limit_kind(self.limits.get(limit)?), self.maxima().at(limit));
             let of = |list: &[f64], index: usize| list.get(index).copied().unwrap_or(f64::NAN);
             let value = kind.value(|point| of(values, point), |variable| of(x, variable));
-            let band = here.limit(kind, values).band(&known);
+            let band = here.limit(kind, values).band(known);
             Some(LimitChance { value, band, maximum, probability: kept(maximum - value, band.total) })
         };
         let shared = |a: usize, b: usize| match (direction(a), direction(b)) {
-            (Some(a), Some(b)) => a.covariance(&b, &known),
+            (Some(a), Some(b)) => a.covariance(&b, known),
             _ => 0.0,
         };
-        Ok(self.judge_together(x, confidence, chance, shared))
+        self.judge_together(x, confidence, chance, shared)
     }
 
     /// Share of each parameter in the variance of limit `index` at condition `x` from all parameters, into `shares`,

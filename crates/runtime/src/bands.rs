@@ -4,6 +4,7 @@ use crate::belief::{Belief, Known};
 use crate::direction::Band;
 use crate::shape::ShapeError;
 use crate::surrogate::Surrogate;
+use crate::uncertain::Uncertainty;
 
 impl Surrogate<'_> {
     /// The values of all points at condition `x`, given in the variables' units, into `values`, in the points' units.
@@ -13,13 +14,15 @@ impl Surrogate<'_> {
     /// `x` does not have one value per variable, or `values` does not have one place per point.
     pub fn evaluate(&self, x: &[f64], values: &mut [f64]) -> Result<(), ShapeError> {
         self.evaluate_fit(x, values)?;
-        if let Some(uncertainty) = self.uncertainty.as_ref().filter(|own| !own.mean.is_empty()) {
-            let here = self.here(uncertainty, x);
-            for (point, value) in values.iter_mut().enumerate() {
-                *value += here.point(point).mean(&Known::File(uncertainty));
-            }
+        if let Some(uncertainty) = self.learnt() {
+            self.here(uncertainty, x).shift(&Known::File(uncertainty), values);
         }
         Ok(())
+    }
+
+    /// The uncertainty, if the file knows more of its parameters than was stated.
+    pub(crate) fn learnt(&self) -> Option<&Uncertainty<'_>> {
+        self.uncertainty.as_ref().filter(|own| !own.mean.is_empty())
     }
 
     /// The value of one point at condition `x`, equal to the last bit to [`Surrogate::evaluate`].
@@ -28,7 +31,7 @@ impl Surrogate<'_> {
     /// `x` does not have one value per variable, or the point does not exist.
     pub fn evaluate_point(&self, x: &[f64], point: usize) -> Result<f64, ShapeError> {
         let value = self.evaluate_fit_of(x, point)?;
-        let Some(uncertainty) = self.uncertainty.as_ref().filter(|own| !own.mean.is_empty()) else { return Ok(value) };
+        let Some(uncertainty) = self.learnt() else { return Ok(value) };
         Ok(value + self.here(uncertainty, x).point(point).mean(&Known::File(uncertainty)))
     }
 
@@ -56,14 +59,19 @@ impl Surrogate<'_> {
             return Err(ShapeError { argument: "number of bands", expected: self.points.len(), found: bands.len() });
         }
         let Some(uncertainty) = self.uncertainty else {
-            for (point, band) in bands.iter_mut().enumerate() {
-                *band = self.solved_band(core::iter::once(point));
-            }
+            self.solved_bands(bands);
             return Ok(());
         };
         let known = belief.map_or(Known::File(&uncertainty), Known::Memory);
-        self.here(&uncertainty, x).fill(&known, values, bands);
+        let here = self.here(&uncertainty, x);
+        here.shift(&known, values);
+        here.fill(&known, bands);
         Ok(())
+    }
+
+    /// The bands of the fit alone.
+    pub(crate) fn solved_bands(&self, bands: &mut [Band]) {
+        bands.iter_mut().enumerate().for_each(|(point, band)| *band = self.solved_band(core::iter::once(point)));
     }
 
     /// Values of all points at condition `x` for a machine whose parameters lie `deviations` standard deviations off

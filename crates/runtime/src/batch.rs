@@ -4,6 +4,7 @@
 //! wide registers are full whatever the number of points. The order of additions follows [`Surrogate::evaluate`]: the
 //! values are equal to the last bit.
 
+use crate::belief::Known;
 use crate::evaluate::{BLOCK, POWERS, kernel_values};
 use crate::format::MAX_VARIABLES;
 use crate::model::{Basis, Polynomial, Scaling, TRANSFORMS};
@@ -51,15 +52,19 @@ impl Surrogate<'_> {
         if points == 0 || variables == 0 {
             return Ok(());
         }
-        let learnt = self.uncertainty.as_ref().is_some_and(|own| !own.mean.is_empty());
-        let whole = if learnt { 0 } else { conditions - conditions % LANES };
-        let (x, last_x) = x.split_at(whole * variables);
-        let (values, last_values) = values.split_at_mut(whole * points);
+        let whole = conditions - conditions % LANES;
+        // A loop and no closure: a closure would not have the wide registers of the caller.
         for (x, values) in x.chunks_exact(LANES * variables).zip(values.chunks_exact_mut(LANES * points)) {
             self.evaluate_eight(x, values, room);
         }
-        for (x, values) in last_x.chunks_exact(variables).zip(last_values.chunks_exact_mut(points)) {
-            self.evaluate(x, values)?;
+        let rest = x.chunks_exact(variables).zip(values.chunks_exact_mut(points)).skip(whole);
+        for (x, values) in rest {
+            self.evaluate_fit(x, values)?;
+        }
+        if let Some(uncertainty) = self.learnt() {
+            let known = Known::File(uncertainty);
+            let rows = x.chunks_exact(variables).zip(values.chunks_exact_mut(points));
+            rows.for_each(|(x, values)| self.here(uncertainty, x).shift(&known, values));
         }
         Ok(())
     }
@@ -220,6 +225,7 @@ mod tests {
     use std::vec::Vec;
 
     use super::*;
+    use crate::direction::Band;
 
     #[test]
     fn batches_have_the_bits_of_single_conditions() {
@@ -241,6 +247,13 @@ mod tests {
             surrogate.evaluate_batch(&x, &mut found, &mut room).expect("the shapes fit");
             for (x, values) in x.chunks_exact(variables).zip(expected.chunks_exact_mut(points)) {
                 surrogate.evaluate(x, values).expect("the shapes fit");
+                let (mut own, mut bands) = (std::vec![0.0; points], std::vec![Band::default(); points]);
+                let mut their_bands = bands.clone();
+                let (query, later) = (surrogate.query(x, &mut own), surrogate.verdict_at(x, values));
+                assert_eq!(std::format!("{query:?}"), std::format!("{later:?}"));
+                let chance = surrogate.assess(x, None, 0.9, &mut own, &mut bands);
+                let later = surrogate.chance_at(x, 0.9, values, Some(&mut their_bands));
+                assert_eq!(std::format!("{chance:?} {bands:?}"), std::format!("{later:?} {their_bands:?}"));
             }
             let same = found.iter().zip(&expected).all(|(a, b)| a.to_bits() == b.to_bits());
             assert!(same, "{}", path.display());

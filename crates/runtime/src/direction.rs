@@ -111,13 +111,9 @@ impl Here<'_> {
         }
     }
 
-    /// Adds the mean of the states to the values of all points, and finds their bands.
-    pub(crate) fn fill(&self, known: &Known<'_, '_, '_>, values: &mut [f64], bands: &mut [Band]) {
-        for (point, (value, band)) in values.iter_mut().zip(bands).enumerate() {
-            let direction = self.point(point);
-            *value += direction.mean(known);
-            *band = direction.band(known);
-        }
+    /// Finds the bands of all points.
+    pub(crate) fn fill(&self, known: &Known<'_, '_, '_>, bands: &mut [Band]) {
+        bands.iter_mut().enumerate().for_each(|(point, band)| *band = self.point(point).band(known));
     }
 
     pub(crate) fn point(&self, point: usize) -> Direction {

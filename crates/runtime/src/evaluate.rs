@@ -104,7 +104,7 @@ impl Surrogate<'_> {
             polynomial_slopes(&polynomial, |term| polynomial.coefficient(term, column), &u, x.len(), &mut slopes);
             self.chain(polynomial.transforms, x, &slopes, gradient);
         }
-        if let Some(uncertainty) = self.uncertainty.as_ref().filter(|own| !own.mean.is_empty()) {
+        if let Some(uncertainty) = self.learnt() {
             let (mut slopes, polynomial) = ([0.0; MAX_VARIABLES], uncertainty.slope_terms);
             let u = pick(polynomial.transforms, &scaled);
             polynomial_slopes(&polynomial, |term| uncertainty.shift(point, term), &u, x.len(), &mut slopes);

@@ -1,11 +1,11 @@
 //! Limits and the verdict on a condition.
 
-use crate::acceptability::{Acceptability, CONFIDENCE, LimitChance, LimitValue, Verdict, judged};
+use crate::acceptability::{Acceptability, CONFIDENCE, Chance, LimitChance, LimitValue, Verdict, judged};
 use crate::bytes::Numbers;
 use crate::format::{MAX_POINTS, MEDIUM_RECORD};
 use crate::limit::LimitKind;
 use crate::model::Indices;
-use crate::shape::ShapeError;
+use crate::shape::{ShapeError, check};
 use crate::surrogate::Surrogate;
 
 impl Surrogate<'_> {
@@ -35,15 +35,39 @@ impl Surrogate<'_> {
     pub fn query(&self, x: &[f64], values: &mut [f64]) -> Result<Verdict, ShapeError> {
         if self.uncertainty.is_some() {
             let chance = self.judge(x, None, CONFIDENCE, values, None)?;
-            let of = |list: &[f64], index: usize| list.get(index).copied().unwrap_or(f64::NAN);
-            let limit = chance.binding.and_then(|index| Some((self.limits.get(index)?, self.maxima().at(index))));
-            let (value, margin) = limit.map_or((f64::NAN, f64::NAN), |(record, maximum)| {
-                let value = self.limit_kind(record).value(|point| of(values, point), |variable| of(x, variable));
-                (value, maximum - value)
-            });
-            return Ok(Verdict { state: chance.state, in_domain: chance.in_domain, binding: chance.binding, value, margin });
+            return Ok(self.binding_of(chance, x, values));
         }
         self.evaluate(x, values)?;
+        Ok(self.verdict_by_bands(x, values))
+    }
+
+    /// The verdict that [`Surrogate::query`] gives beside the values, from the `values` of [`Surrogate::evaluate`] or
+    /// [`Surrogate::evaluate_batch`] at condition `x`.
+    ///
+    /// # Errors
+    /// `x` does not have one value per variable, or `values` does not have one per point.
+    pub fn verdict_at(&self, x: &[f64], values: &[f64]) -> Result<Verdict, ShapeError> {
+        if self.uncertainty.is_some() {
+            return Ok(self.binding_of(self.chance_at(x, CONFIDENCE, values, None)?, x, values));
+        }
+        check("number of variables", self.variables.len(), x.len())?;
+        check("number of points", self.points.len(), values.len())?;
+        Ok(self.verdict_by_bands(x, values))
+    }
+
+    /// The verdict of a chance, with value and margin of the limit that decides.
+    fn binding_of(&self, chance: Chance, x: &[f64], values: &[f64]) -> Verdict {
+        let of = |list: &[f64], index: usize| list.get(index).copied().unwrap_or(f64::NAN);
+        let limit = chance.binding.and_then(|index| Some((self.limits.get(index)?, self.maxima().at(index))));
+        let (value, margin) = limit.map_or((f64::NAN, f64::NAN), |(record, maximum)| {
+            let value = self.limit_kind(record).value(|point| of(values, point), |variable| of(x, variable));
+            (value, maximum - value)
+        });
+        Verdict { state: chance.state, in_domain: chance.in_domain, binding: chance.binding, value, margin }
+    }
+
+    /// The verdict of a file that does not state the uncertainty of its answers.
+    fn verdict_by_bands(&self, x: &[f64], values: &[f64]) -> Verdict {
         let in_domain = self.in_domain(x);
         let mut verdict = Verdict { state: Acceptability::Uncertain, in_domain, binding: None, value: f64::NAN, margin: f64::NAN };
         let widths = self.half_widths();
@@ -51,7 +75,7 @@ impl Surrogate<'_> {
         for (index, (record, maximum)) in self.limits.iter().zip(self.maxima().iter()).enumerate() {
             let (value, low, high) = self.limited(record, x, values, widths);
             let (state, own) = (judge(low, high, maximum), maximum - value);
-            if (state as u8 > worst as u8) | ((state == worst) & (own < margin)) {
+            if (state > worst) | ((state == worst) & (own < margin)) {
                 (worst, margin) = (state, own);
                 (verdict.binding, verdict.value) = (Some(index), value);
             }
@@ -62,7 +86,7 @@ impl Surrogate<'_> {
                 verdict.state = worst;
             }
         }
-        Ok(verdict)
+        verdict
     }
 
     /// Limit `index` at condition `x`, given the points' values there; `None` if the limit does not exist. Its value is

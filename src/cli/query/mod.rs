@@ -129,11 +129,5 @@ fn many(surrogate: &Surrogate<'_>, csv: &Path, given: &[(String, String)], args:
     let form =
         AnswerForm { json: out.json, columns: args.columns.clone(), digits: args.digits.map(usize::from), confidence: args.confidence };
     let tally = stream::answer(surrogate, open()?, given, &form, total, &out.progress(), out.pieces()).map_err(|e| e.in_file(csv))?;
-    Ok(if tally.refused {
-        1
-    } else if tally.open {
-        3
-    } else {
-        0
-    })
+    Ok(status(tally.worst))
 }

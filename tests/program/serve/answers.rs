@@ -88,6 +88,13 @@ fn many_conditions_come_back_in_their_order() {
         assert_eq!(own, &client.post("/surrogates/uncertain/query", &question).unwrap().json());
     }
     assert_eq!(found["conditions"].as_array().unwrap().len(), flows.len());
+    let chosen = json!({"conditions": flows.iter().map(condition).collect::<Vec<_>>(), "columns": ["temperatures", "verdict"]}).to_string();
+    let chosen = client.post("/surrogates/uncertain/batch", &chosen).unwrap().json();
+    for (row, whole) in chosen["conditions"].as_array().unwrap().iter().zip(found["conditions"].as_array().unwrap()) {
+        let points = whole["temperatures"].as_object().unwrap();
+        assert!(points.iter().all(|(name, point)| row[name] == point["degC"]) && row.as_object().unwrap().len() == points.len() + 1);
+    }
+    assert_eq!(chosen["conditions"].as_array().unwrap().len(), flows.len());
 
     let rows: String = flows.iter().map(|flow| format!("{flow},20,21\n")).collect();
     let rows = format!("coolant_flow [L/min],coolant_temperature [degC],ambient_temperature [degC]\n{rows}");

@@ -73,6 +73,9 @@ asked, answered = parts("/surrogates/{name}/batch", "post", 200)
 batch = {"conditions": [condition, {**condition, "coolant_flow": "7 L/min"}]}
 holds(asked, batch)
 holds(answered, json.loads(fetch("/surrogates/uncertain/batch", batch)[1]))
+chosen = {**batch, "columns": ["temperatures", "binding", "in_domain"]}
+holds(asked, chosen)
+holds(answered, json.loads(fetch("/surrogates/uncertain/batch", chosen)[1]))
 for name in ["uncertain", "held", "bench-uncertain"]:
     holds(parts("/surrogates/{name}", "get", 200)[1], json.loads(fetch(f"/surrogates/{name}")[1]))
 holds(parts("/surrogates", "get", 200)[1], json.loads(fetch("/surrogates")[1]))
@@ -82,5 +85,5 @@ holds(parts("/surrogates/{name}", "get", 404)[1], json.loads(text))
 
 families = {family.name: family for family in text_string_to_metric_families(fetch("/metrics")[1])}
 answered = {sample.labels["surrogate"]: sample.value for sample in families["coldplate_conditions"].samples if sample.name.endswith("_total")}
-assert answered["uncertain"] == len(questions) + len(batch["conditions"]), answered
+assert answered["uncertain"] == len(questions) + 2 * len(batch["conditions"]), answered
 print("valid")

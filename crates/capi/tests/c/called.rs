@@ -2,7 +2,8 @@
 
 use std::process::{Command, Output};
 
-use coldplate_runtime::{Band, Surrogate};
+use coldplate_capi::{coldplate_close, coldplate_evaluate_batch, coldplate_open};
+use coldplate_runtime::{Band, Surrogate, Variable};
 
 use super::{is_there, library, own, run};
 
@@ -66,6 +67,34 @@ fn expected(bytes: &[u8]) -> Vec<f64> {
         all.extend(values);
     }
     all
+}
+
+#[test]
+fn batches_have_the_bits_of_single_conditions() {
+    for bytes in [&include_bytes!("../../../runtime/fixtures/bench-gaussian.cps")[..], include_bytes!("../../../runtime/fixtures/held.cps")]
+    {
+        let surrogate = Surrogate::open(bytes).expect("the fixture is intact");
+        let (variables, points, conditions) = (surrogate.variable_count(), surrogate.point_count(), 13);
+        let at = |row: usize, v: Variable<'_>| v.low + row as f64 / 12.0 * (v.high - v.low);
+        let x: Vec<f64> = (0..conditions).flat_map(|row| surrogate.variables().map(move |v| at(row, v))).collect();
+        let (mut found, mut own) = (vec![0.0; conditions * points], vec![0.0; points]);
+        let mut handle = std::ptr::null_mut();
+        // SAFETY: the bytes outlive the handle, and every array has the length that is stated.
+        let codes = unsafe {
+            let opened = coldplate_open(bytes.as_ptr(), bytes.len(), &raw mut handle);
+            let right = coldplate_evaluate_batch(handle, x.as_ptr(), variables, found.as_mut_ptr(), points, conditions);
+            let wrong = coldplate_evaluate_batch(handle, x.as_ptr(), variables, found.as_mut_ptr(), points - 1, conditions);
+            let null = coldplate_evaluate_batch(handle, std::ptr::null(), variables, found.as_mut_ptr(), points, conditions);
+            coldplate_close(handle);
+            [opened, right, wrong, null]
+        };
+        // Done, done, a wrong length, a null pointer.
+        assert_eq!(codes, [0, 0, 7, 1]);
+        for (x, found) in x.chunks_exact(variables).zip(found.chunks_exact(points)) {
+            surrogate.evaluate(x, &mut own).expect("the shapes fit");
+            assert!(own.iter().zip(found).all(|(a, b)| a.to_bits() == b.to_bits()), "{x:?}");
+        }
+    }
 }
 
 /// Both examples under the sanitizers of gcc (those of clang are a package of their own); the one of C++ asks one handle from four threads.

@@ -2,7 +2,6 @@
 
 use std::borrow::Cow;
 use std::io::{BufRead, Read};
-use std::path::Path;
 
 use coldplate_runtime::{Surrogate, Variable};
 use rayon::prelude::*;
@@ -11,20 +10,41 @@ use super::condition;
 use coldplate_base::error::{Error, Result, did_you_mean};
 
 /// Number of lines that are worked on as one piece. Chosen: more lines use the cores better, but hold more memory.
-const LINES: usize = 1024;
+pub(super) const LINES: usize = 1024;
 /// Longest line, in bytes (1 MiB). Chosen: far longer than any condition, and a bound on memory for files that are no
 /// text.
 const LONGEST: u64 = 1 << 20;
 
+/// Rows of the file.
+#[derive(Debug, Default)]
+pub(crate) struct BatchRows<'p> {
+    /// Lines in the file, from 1.
+    pub lines: Vec<usize>,
+    /// The labels in the column `test`; none without one.
+    pub labels: Vec<Cow<'p, str>>,
+    /// The conditions one after the other: the surrogate's variables in its units, without the held ones.
+    pub conditions: Vec<f64>,
+    /// The values of the held variables, likewise.
+    pub held: Vec<f64>,
+}
+
 /// One row of the file.
-#[derive(Debug, Clone, PartialEq)]
-pub struct BatchRow {
-    /// Line in the file, from 1.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct BatchRow<'r> {
     pub line: usize,
-    /// The label in the column `test`, if there is one.
-    pub label: Option<String>,
-    /// The condition, in the surrogate's variables and units, the held ones behind the others.
-    pub condition: Vec<f64>,
+    pub label: Option<&'r str>,
+    pub condition: &'r [f64],
+    pub held: &'r [f64],
+}
+
+impl BatchRows<'_> {
+    /// Row `index`, which exists.
+    pub(crate) fn row(&self, index: usize) -> BatchRow<'_> {
+        let (line, rows) = (self.lines[index], self.lines.len());
+        let of = |list: &'_ [f64]| index * (list.len() / rows)..(index + 1) * (list.len() / rows);
+        let (condition, held) = (&self.conditions[of(&self.conditions)], &self.held[of(&self.held)]);
+        BatchRow { line, label: self.labels.get(index).map(|own| &**own), condition, held }
+    }
 }
 
 /// Meaning of a column of the file.
@@ -35,23 +55,6 @@ enum Column {
     Label,
     /// Measured readings of a point, or the times of readings: no part of a condition.
     Ignored,
-}
-
-/// Reads all conditions from CSV text, in the format of [`BatchHeader`].
-///
-/// # Errors
-/// Errors of [`BatchHeader::begin`] and [`BatchHeader::rows`]; no row at all.
-pub fn read(surrogate: &Surrogate<'_>, text: &str, file: &Path, given: &[(String, String)]) -> Result<Vec<BatchRow>> {
-    let mut lines = LinePieces::new(text.as_bytes());
-    let mut rows = || -> Result<Vec<BatchRow>> {
-        let batch = BatchHeader::begin(surrogate, &mut lines, given)?;
-        let mut rows = Vec::new();
-        while let Some(piece) = lines.next(LINES)? {
-            rows.extend(batch.rows(&piece).collect::<Result<Vec<_>>>()?);
-        }
-        if rows.is_empty() { Err(no_conditions()) } else { Ok(rows) }
-    };
-    rows().map_err(|e| e.in_file(file))
 }
 
 /// The error for a file that has a header and nothing else.
@@ -159,7 +162,8 @@ pub(crate) struct BatchHeader<'a> {
     surrogate: &'a Surrogate<'a>,
     variables: Vec<Variable<'a>>,
     columns: Vec<Column>,
-    common: Vec<Option<f64>>,
+    /// The values of variables without a column, held ones behind the others.
+    common: Vec<f64>,
 }
 
 impl<'a> BatchHeader<'a> {
@@ -169,10 +173,10 @@ impl<'a> BatchHeader<'a> {
     /// Unknown or missing columns, no header; as [`condition::partial`] for the variables `given` beside the file.
     pub fn begin<R: BufRead>(surrogate: &'a Surrogate<'a>, lines: &mut LinePieces<R>, given: &[(String, String)]) -> Result<Self> {
         let common = condition::partial(surrogate, given)?;
-        let mut batch = Self { surrogate, variables: condition::variables(surrogate), columns: Vec::new(), common };
+        let mut batch = Self { surrogate, variables: condition::variables(surrogate), columns: Vec::new(), common: Vec::new() };
         while let Some(piece) = lines.next(1)? {
             if let Some((line, header)) = piece.content().next() {
-                batch.columns = batch.header(header).map_err(|e| e.at_line(line))?;
+                (batch.columns, batch.common) = batch.header(header, common).map_err(|e| e.at_line(line))?;
                 return Ok(batch);
             }
         }
@@ -188,14 +192,20 @@ impl<'a> BatchHeader<'a> {
     ///
     /// # Errors
     /// A row with an unreadable, missing or surplus cell, named by its line.
-    pub fn rows<'p>(&'p self, piece: &'p LinePiece) -> impl Iterator<Item = Result<BatchRow>> + 'p {
-        piece.content().map(|(line, text)| self.row(line, text).map_err(|e| e.at_line(line)))
+    pub fn rows<'p>(&self, piece: &'p LinePiece) -> Result<BatchRows<'p>> {
+        let (mut rows, mut row) = (BatchRows::default(), Vec::new());
+        for (line, text) in piece.content() {
+            self.read(text, &mut row, &mut rows).map_err(|e| e.at_line(line))?;
+            rows.lines.push(line);
+        }
+        Ok(rows)
     }
 
-    fn header(&self, header: &str) -> Result<Vec<Column>> {
-        let mut seen = self.common.clone();
-        let mut columns = Vec::new();
-        for cell in cells(header)? {
+    /// The columns, and the values of the variables without one.
+    fn header(&self, header: &str, mut seen: Vec<Option<f64>>) -> Result<(Vec<Column>, Vec<f64>)> {
+        let (mut columns, mut row) = (Vec::new(), Vec::new());
+        cells(header, &mut row)?;
+        for cell in row {
             let (name, unit) = match cell.split_once('[') {
                 Some((name, unit)) => (name.trim(), Some(unit.trim().trim_end_matches(']').trim().to_owned())),
                 None => (cell.trim(), None),
@@ -224,17 +234,20 @@ impl<'a> BatchHeader<'a> {
                 });
             }
         }
-        condition::complete(self.surrogate, seen)?;
-        Ok(columns)
+        Ok((columns, condition::complete(self.surrogate, seen)?))
     }
 
-    fn row(&self, line: usize, text: &str) -> Result<BatchRow> {
-        let cells = cells(text)?;
-        if cells.len() != self.columns.len() {
-            return Err(Error::input(format!("this row has {} cells, the header {}", cells.len(), self.columns.len())));
+    /// Reads a line behind the other rows; `row` is memory for its cells.
+    fn read<'p>(&self, text: &'p str, row: &mut Vec<Cow<'p, str>>, rows: &mut BatchRows<'p>) -> Result<()> {
+        cells(text, row)?;
+        if row.len() != self.columns.len() {
+            return Err(Error::input(format!("this row has {} cells, the header {}", row.len(), self.columns.len())));
         }
-        let (mut x, mut label) = (self.common.clone(), None);
-        for (column, cell) in self.columns.iter().zip(cells) {
+        let (varied, held) = self.common.split_at(self.surrogate.variable_count());
+        let (from, held_from) = (rows.conditions.len(), rows.held.len());
+        rows.conditions.extend_from_slice(varied);
+        rows.held.extend_from_slice(held);
+        for (column, cell) in self.columns.iter().zip(row.drain(..)) {
             match column {
                 Column::Variable { index, unit } => {
                     let variable = &self.variables[*index];
@@ -245,22 +258,31 @@ impl<'a> BatchHeader<'a> {
                         },
                         None => condition::value_of(variable, &cell),
                     };
-                    x[*index] = Some(value.map_err(|e| e.at_key(variable.name))?);
+                    let value = value.map_err(|e| e.at_key(variable.name))?;
+                    match index.checked_sub(varied.len()) {
+                        None => rows.conditions[from + index] = value,
+                        Some(index) => rows.held[held_from + index] = value,
+                    }
                 }
-                Column::Label => label = Some(cell.into_owned()),
+                Column::Label => {
+                    // Of several labels the last counts.
+                    rows.labels.truncate(rows.lines.len());
+                    rows.labels.push(cell);
+                }
                 Column::Ignored => {}
             }
         }
-        let held = x.iter_mut().zip(&self.variables).skip(self.surrogate.variable_count());
-        held.for_each(|(x, held)| *x = x.or(Some(held.low)));
-        Ok(BatchRow { line, label, condition: x.into_iter().flatten().collect() })
+        Ok(())
     }
 }
 
-/// The cells of a line, trimmed; a cell in double quotes may hold commas, and quotes written twice.
-fn cells(line: &str) -> Result<Vec<Cow<'_, str>>> {
+/// The cells of a line, trimmed, in place of those in `row`; a cell in double quotes may hold commas, and quotes written
+/// twice.
+fn cells<'p>(line: &'p str, row: &mut Vec<Cow<'p, str>>) -> Result<()> {
+    row.clear();
     if !line.contains('"') {
-        return Ok(line.split(',').map(|cell| Cow::Borrowed(cell.trim())).collect());
+        row.extend(line.split(',').map(|cell| Cow::Borrowed(cell.trim())));
+        return Ok(());
     }
     let mut cells = vec![String::new()];
     let mut quoted = false;
@@ -279,5 +301,6 @@ fn cells(line: &str) -> Result<Vec<Cow<'_, str>>> {
     if quoted {
         return Err(Error::input("a quotation mark is opened and not closed on this line"));
     }
-    Ok(cells.into_iter().map(|cell| Cow::Owned(cell.trim().to_owned())).collect())
+    row.extend(cells.into_iter().map(|cell| Cow::Owned(cell.trim().to_owned())));
+    Ok(())
 }

@@ -1,10 +1,11 @@
 //! The answer to a condition as a row of a table: which columns, with how many digits.
 
-use coldplate_runtime::{Band, CONFIDENCE, Limit, Surrogate};
+use coldplate_runtime::{Band, Limit, ShapeError, Surrogate};
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 
 use super::Acceptability;
+use super::batch::{BatchRow, BatchRows};
 use super::condition;
 use super::digits;
 use super::record::code;
@@ -62,24 +63,20 @@ pub(crate) struct AnswerColumns<'a> {
     chosen: Vec<Column>,
     half_widths: Vec<f64>,
     limits: Vec<Limit<'a>>,
-    /// Whether a chosen column tells more of the uncertainty than the verdict.
+    /// The names of the limits as cells of CSV.
+    limit_cells: Vec<String>,
+    /// Whether a chosen column tells of the uncertainty.
     with_bands: bool,
+    /// Whether a chosen column needs the verdict.
+    with_verdict: bool,
     held: Vec<f64>,
     digits: Option<usize>,
     confidence: f64,
 }
 
-/// Memory for the answer at one condition.
-#[derive(Debug, Default)]
-pub(crate) struct AnswerMemory {
-    values: Vec<f64>,
-    bands: Vec<Band>,
-}
-
 /// The answer at one condition, for the columns to choose from.
 pub(crate) struct ConditionAnswer<'r> {
-    label: Option<&'r str>,
-    x: &'r [f64],
+    row: BatchRow<'r>,
     values: &'r [f64],
     bands: &'r [Band],
     /// Probability that all limits are kept; not a number if the surrogate has no uncertainty.
@@ -124,9 +121,12 @@ impl<'a> AnswerColumns<'a> {
         let chosen = if names.is_empty() { all } else { chosen };
         let half_widths = surrogate.points().map(|p| p.half_width).collect();
         let limits = surrogate.limits().collect();
-        let with_bands = chosen.iter().any(|c| matches!(c.cell, Cell::Low(_) | Cell::High(_) | Cell::Probability));
+        let limit_cells = surrogate.limits().map(|limit| quoted(limit.name)).collect();
+        let with_bands = surrogate.uncertainty().is_some() && chosen.iter().any(|c| matches!(c.cell, Cell::Low(_) | Cell::High(_)));
+        let with_verdict =
+            with_bands || chosen.iter().any(|c| matches!(c.cell, Cell::Probability | Cell::Verdict | Cell::Binding | Cell::InDomain));
         let held = surrogate.held().map(|h| h.value).collect();
-        Ok(Self { surrogate, chosen, half_widths, limits, with_bands, held, digits, confidence })
+        Ok(Self { surrogate, chosen, half_widths, limits, limit_cells, with_bands, with_verdict, held, digits, confidence })
     }
 
     /// The header of a CSV file, with its line end.
@@ -134,46 +134,58 @@ impl<'a> AnswerColumns<'a> {
         self.chosen.iter().map(|c| quoted(&c.header())).collect::<Vec<_>>().join(",") + "\n"
     }
 
-    /// Evaluates the surrogate at `condition`.
-    pub fn answer<'r>(&self, label: Option<&'r str>, condition: &'r [f64], room: &'r mut AnswerMemory) -> ConditionAnswer<'r> {
-        room.values.resize(self.half_widths.len(), 0.0);
-        let (x, stated) = condition.split_at(self.surrogate.variable_count().min(condition.len()));
-        let agrees = stated.iter().zip(&self.held).all(|(x, held)| x == held);
-        // The shorter way gives the verdict at the usual confidence alone.
-        let found = if self.surrogate.uncertainty().is_some() && (self.with_bands || self.confidence != CONFIDENCE) {
-            room.bands.resize(self.half_widths.len(), Band::default());
-            let found = self.surrogate.assess(x, None, self.confidence, &mut room.values, &mut room.bands);
-            found.map(|own| (own.binding, own.state, own.in_domain, own.probability))
-        } else {
-            self.surrogate.query(x, &mut room.values).map(|own| (own.binding, own.state, own.in_domain, f64::NAN))
-        };
-        // A `Batch` gives no condition of the wrong length.
-        let (binding, state, in_domain, probability) = found.unwrap_or((None, Acceptability::Uncertain, false, f64::NAN));
-        ConditionAnswer {
-            label,
-            x: condition,
-            values: &room.values,
-            bands: &room.bands,
-            probability,
-            binding,
-            verdict: if agrees { state } else { Acceptability::Uncertain },
-            in_domain: in_domain && agrees,
+    /// Gives the answer at each row to `take`, in their order. The verdict on a row is left out, and stands as not
+    /// acceptable, where no column needs it and `is_settled` says that another row is not acceptable.
+    ///
+    /// # Errors
+    /// Errors of `take`.
+    pub fn each(
+        &self,
+        rows: &BatchRows<'_>,
+        is_settled: impl Fn() -> bool,
+        mut take: impl FnMut(&ConditionAnswer<'_>) -> Result<()>,
+    ) -> Result<()> {
+        let points = self.half_widths.len();
+        let mut values = vec![0.0; rows.lines.len() * points];
+        let mut bands = vec![Band::default(); if self.with_bands { points } else { 0 }];
+        let wrong = |e: ShapeError| Error::input(e.to_string());
+        coldplate_batch::evaluate(self.surrogate, &rows.conditions, &mut values, &mut Box::default()).map_err(wrong)?;
+        for (index, values) in values.chunks_exact(points.max(1)).enumerate() {
+            let row = rows.row(index);
+            let (mut probability, mut binding, mut verdict, mut in_domain) = (f64::NAN, None, Acceptability::NotAcceptable, false);
+            if self.with_verdict || !is_settled() {
+                if self.surrogate.uncertainty().is_some() {
+                    let bands = self.with_bands.then_some(&mut bands[..]);
+                    let found = self.surrogate.chance_at(row.condition, self.confidence, values, bands).map_err(wrong)?;
+                    (probability, binding, verdict, in_domain) = (found.probability, found.binding, found.state, found.in_domain);
+                } else {
+                    let found = self.surrogate.verdict_at(row.condition, values).map_err(wrong)?;
+                    (binding, verdict, in_domain) = (found.binding, found.state, found.in_domain);
+                }
+                if row.held != self.held {
+                    (verdict, in_domain) = (Acceptability::Uncertain, false);
+                }
+            }
+            take(&ConditionAnswer { row, values, bands: &bands, probability, binding, verdict, in_domain })?;
         }
+        Ok(())
     }
 
     /// Appends a row of a CSV file, with its line end.
-    pub fn csv(&self, answer: &ConditionAnswer<'_>, out: &mut String) {
+    pub fn csv(&self, answer: &ConditionAnswer<'_>, out: &mut Vec<u8>) {
         for (i, column) in self.chosen.iter().enumerate() {
             if i > 0 {
-                out.push(',');
+                out.push(b',');
             }
             match self.value(column.cell, answer) {
-                Value::Number(number) => self.number(number, out),
-                Value::Text(text) => out.push_str(&quoted(text)),
-                Value::Truth(truth) => out.push_str(if truth { "true" } else { "false" }),
+                Value::Number(number) => digits::push(number, self.digits, out),
+                Value::Label(label) => out.extend_from_slice(quoted(label).as_bytes()),
+                Value::Limit(limit) => out.extend_from_slice(limit.and_then(|i| self.limit_cells.get(i)).map_or("", |own| own).as_bytes()),
+                Value::Word(word) => out.extend_from_slice(word.as_bytes()),
+                Value::Truth(truth) => out.extend_from_slice(if truth { b"true" } else { b"false" }),
             }
         }
-        out.push('\n');
+        out.push(b'\n');
     }
 
     /// The chosen columns of an answer as one flat JSON object.
@@ -184,17 +196,20 @@ impl<'a> AnswerColumns<'a> {
     fn value<'r>(&'r self, cell: Cell, answer: &ConditionAnswer<'r>) -> Value<'r> {
         let of = |list: &[f64], i: usize| list.get(i).copied().unwrap_or(f64::NAN);
         match cell {
-            Cell::Label => Value::Text(answer.label.unwrap_or("")),
-            Cell::Variable(v) => Value::Number(of(answer.x, v)),
+            Cell::Label => Value::Label(answer.row.label.unwrap_or("")),
+            Cell::Variable(v) => Value::Number(match v.checked_sub(answer.row.condition.len()) {
+                None => of(answer.row.condition, v),
+                Some(held) => of(answer.row.held, held),
+            }),
             Cell::Point(p) => Value::Number(of(answer.values, p)),
             Cell::Low(p) => Value::Number(of(answer.values, p) - self.half_width(answer, p)),
             Cell::High(p) => Value::Number(of(answer.values, p) + self.half_width(answer, p)),
             Cell::Probability => Value::Number(answer.probability),
             Cell::Margin(l) => Value::Number(self.limits.get(l).map_or(f64::NAN, |limit| {
-                limit.maximum - limit.kind.value(|point| of(answer.values, point), |variable| of(answer.x, variable))
+                limit.maximum - limit.kind.value(|point| of(answer.values, point), |variable| of(answer.row.condition, variable))
             })),
-            Cell::Verdict => Value::Text(code(answer.verdict)),
-            Cell::Binding => Value::Text(answer.binding.and_then(|i| self.limits.get(i)).map_or("", |limit| limit.name)),
+            Cell::Verdict => Value::Word(code(answer.verdict)),
+            Cell::Binding => Value::Limit(answer.binding),
             Cell::InDomain => Value::Truth(answer.in_domain),
         }
     }
@@ -203,23 +218,14 @@ impl<'a> AnswerColumns<'a> {
         let own = self.half_widths.get(point).copied().unwrap_or(f64::NAN);
         answer.bands.get(point).map_or(own, |band| band.half_width())
     }
-
-    fn number(&self, value: f64, out: &mut String) {
-        use std::fmt::Write;
-        // Writing into a text cannot fail.
-        let _ = match self.digits {
-            Some(digits) => {
-                digits::push(value, digits, out);
-                Ok(())
-            }
-            None => write!(out, "{value}"),
-        };
-    }
 }
 
 enum Value<'r> {
     Number(f64),
-    Text(&'r str),
+    Label(&'r str),
+    /// Index of a limit, if there is one.
+    Limit(Option<usize>),
+    Word(&'static str),
     Truth(bool),
 }
 
@@ -234,8 +240,10 @@ impl Serialize for Object<'_, '_> {
         for column in &self.columns.chosen {
             match self.columns.value(column.cell, self.answer) {
                 Value::Number(number) => map.serialize_entry(&column.name, &number)?,
-                Value::Text("") if column.cell == Cell::Binding => map.serialize_entry(&column.name, &())?,
-                Value::Text(text) => map.serialize_entry(&column.name, text)?,
+                Value::Label(text) | Value::Word(text) => map.serialize_entry(&column.name, text)?,
+                Value::Limit(limit) => {
+                    map.serialize_entry(&column.name, &limit.and_then(|i| self.columns.limits.get(i)).map(|own| own.name))?;
+                }
                 Value::Truth(truth) => map.serialize_entry(&column.name, &truth)?,
             }
         }

@@ -10,7 +10,7 @@
 //! If a surrogate has no uncertainty, value and band of its fit decide: acceptable if every limit is kept at the upper end
 //! of the band, not acceptable if one is broken at the lower end.
 
-pub mod batch;
+mod batch;
 mod chances;
 mod chaos;
 pub mod columns;

@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 use super::indices::{self, SobolIndices};
 use super::record::{QueryRecord, TradeOffRecord};
 use super::stated::{self, StatedValue};
+use super::stream::{self, AnswerForm};
 use super::trade_off::{self, TradeOff};
 use super::{FreeVariable, Inverse, Objective, Optimum, Sense, SurrogateAnswer, best, condition, free_within, query_at};
 use coldplate_base::error::{Error, Result};
@@ -56,6 +57,13 @@ impl Default for Question {
 enum Stated {
     Text(String),
     Number(f64),
+}
+
+fn check_confidence(confidence: f64) -> Result<()> {
+    if confidence > 0.5 && confidence < 1.0 {
+        return Ok(());
+    }
+    Err(Error::input("a probability above 0.5 and below 1 is wanted, for example 0.95").at_key("confidence").read(confidence))
 }
 
 fn usual_confidence() -> f64 {
@@ -132,11 +140,7 @@ impl Question {
     /// Questions that exclude each other; a wrong, doubled or missing variable; a value without its unit; a formula that cannot
     /// be read; errors of the searches.
     pub fn ask(&self, surrogate: &Surrogate<'_>) -> Result<QuestionReply> {
-        if !(self.confidence > 0.5 && self.confidence < 1.0) {
-            return Err(Error::input("a probability above 0.5 and below 1 is wanted, for example 0.95")
-                .at_key("confidence")
-                .read(self.confidence));
-        }
+        check_confidence(self.confidence)?;
         if self.indices && self.is_open() {
             return Err(Error::input("indices look at variables that are not given; nothing is chosen for them")
                 .at_key("indices")
@@ -257,10 +261,27 @@ pub struct BatchQuestion {
     /// The conditions, each as in a question.
     #[schemars(length(min = 1))]
     pub conditions: Vec<BatchCondition>,
+    /// Columns of the answers, by name or as `conditions`, `temperatures`, `bands` and `margins`: each answer is then a flat
+    /// object of these.
+    #[serde(default)]
+    pub columns: Vec<String>,
     /// Probability with which verdicts are said: above 0.5, below 1.
     #[serde(default = "usual_confidence")]
     #[schemars(extend("exclusiveMinimum" = 0.5, "exclusiveMaximum" = 1.0))]
     pub confidence: f64,
+}
+
+impl BatchQuestion {
+    /// The answers as JSON if columns are asked for: one flat object for each condition.
+    ///
+    /// # Errors
+    /// A column that does not exist; a wrong, doubled or missing variable; a value without its unit.
+    pub fn columns_of(&self, surrogate: &Surrogate<'_>) -> Result<Vec<u8>> {
+        check_confidence(self.confidence)?;
+        let form = AnswerForm { json: true, columns: self.columns.clone(), digits: None, confidence: self.confidence };
+        let conditions: Vec<&[StatedValue]> = self.conditions.iter().map(|own| &own.0[..]).collect();
+        stream::answer_given(surrogate, &conditions, &form)
+    }
 }
 
 /// One of many conditions.

@@ -196,11 +196,11 @@ impl SurrogateAnswer {
     }
 
     /// The answer to a row of a table of conditions, for other programs.
-    pub(crate) fn record_of_row(&self, surrogate: &Surrogate<'_>, row: &BatchRow) -> QueryRecord {
+    pub(crate) fn record_of_row(&self, surrogate: &Surrogate<'_>, row: &BatchRow<'_>) -> QueryRecord {
         let value =
             |(v, x): (coldplate_runtime::Variable<'_>, &f64)| (v.name.to_owned(), ValueRecord { value: *x, unit: v.unit.to_owned() });
-        let condition = condition::variables(surrogate).into_iter().zip(&row.condition).map(value).collect();
-        QueryRecord { row: Some(RowRecord { line: row.line, test: row.label.clone(), condition }), ..self.record() }
+        let condition = condition::variables(surrogate).into_iter().zip(row.condition.iter().chain(row.held)).map(value).collect();
+        QueryRecord { row: Some(RowRecord { line: row.line, test: row.label.map(str::to_owned), condition }), ..self.record() }
     }
 }
 
