@@ -10,11 +10,10 @@ use super::output::Output;
 use super::target::{Made, To};
 use coldplate_base::atomic_file;
 use coldplate_base::error::{Error, Result};
-use coldplate_explore::sweep::MACHINE_HASH;
 use coldplate_interchange::calculix::{DeckPoint, InputDeck};
 use coldplate_jobs::followed::followed;
 use coldplate_jobs::open;
-use coldplate_jobs::scene::Glb;
+use coldplate_jobs::scene::{self, Glb, SceneFiles};
 use coldplate_runtime::Surrogate;
 use coldplate_solve::meshed::MeshedMachine;
 use coldplate_tables::Table;
@@ -42,6 +41,10 @@ pub struct Args {
     /// Machine file of the surrogate: the page shows it in three dimensions, with temperatures everywhere (html)
     #[arg(long, value_name = "MACHINE")]
     machine: Option<PathBuf>,
+    /// Reduced model of that machine (`coldplate reduce --field`), which gives the temperatures in place of full solutions; made
+    /// with --histories too, it shows them over time (html)
+    #[arg(long, value_name = "MODEL")]
+    field: Option<PathBuf>,
     #[command(flatten)]
     condition: ConditionArgs,
     /// Change a value of the machine file (calculix, glb, html), for example contact.motor.conductance="560 W/(m2 K)"
@@ -138,18 +141,12 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
 }
 
 /// The machine of a page in three dimensions, as its JSON.
-fn scene(args: &Args, path: &Path, surrogate: &Surrogate<'_>, out: Output) -> Result<String> {
+fn scene(args: &Args, machine: &Path, surrogate: &Surrogate<'_>, out: Output) -> Result<String> {
     let sets = args.set.iter().map(|s| pair_of(s, "--set")).collect::<Result<Vec<_>>>()?;
-    let machine = open(path)?.machine(&sets)?;
-    let is_own = surrogate.provenance().all(|(key, hash)| key != MACHINE_HASH || hash == machine.hash);
-    let model = MeshedMachine::new(machine, args.cells)?;
-    let mut scene = coldplate_jobs::scene::scene(&model, surrogate, &out.progress()).map_err(|e| e.in_file(path))?;
-    if !is_own {
-        let note = "The machine file is not the one that the surrogate was made of; names and limits may differ, or more.";
-        out.note(&format!("{}: {note}", path.display()));
-        scene.notes.push(note.into());
-    }
-    serde_json::to_string(&scene).map_err(|e| Error::input(format!("the machine cannot be written as JSON: {e}")).in_file(path))
+    let files = SceneFiles { machine, sets: &sets, reduced: args.field.as_deref(), cells: args.cells };
+    let scene = scene::scene(&files, surrogate, &out.progress())?;
+    scene.notes.iter().for_each(|note| out.note(&format!("{}: {note}", machine.display())));
+    serde_json::to_string(&scene).map_err(|e| Error::input(format!("the machine cannot be written as JSON: {e}")).in_file(machine))
 }
 
 /// Writes a table in the form of another program.
@@ -209,13 +206,21 @@ fn surrogate_alone(args: &Args) -> Result<()> {
 /// Refuses options that apply to machines only.
 fn machine_alone(args: &Args) -> Result<()> {
     no_condition(args)?;
+    no_field(args)?;
     let machine = args.machine.as_ref().map(|_| "--machine");
     let given = machine.or(args.cells.map(|_| "--cells")).or(args.set.first().map(|_| "--set"));
     given.map_or(Ok(()), |option| Err(of_machines(args, option)))
 }
 
+/// Refuses the field of a machine that is not shown.
+fn no_field(args: &Args) -> Result<()> {
+    let alone = || Error::input("a field is shown on a machine, in a page").at_key("--field");
+    args.field.as_ref().map_or(Ok(()), |_| Err(alone().help("write --to html, and name the machine file: --machine MACHINE")))
+}
+
 /// Refuses a second machine file.
 fn no_machine(args: &Args) -> Result<()> {
+    no_field(args)?;
     let twice =
         |_| Err(Error::input(format!("'{}' is written of the machine file alone", args.to)).at_key("--machine").help("leave it out"));
     args.machine.as_ref().map_or(Ok(()), twice)

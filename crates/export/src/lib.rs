@@ -135,6 +135,12 @@ pub fn page(surrogate: &Surrogate<'_>, beside: &Beside<'_>, name: &str) -> Resul
     Ok(html::write(surrogate, &Content::of(surrogate), beside, &identifier))
 }
 
+/// A page of a machine in three dimensions at conditions that were solved; `scene` is its shape and temperatures as JSON.
+#[must_use]
+pub fn states_page(scene: &str) -> String {
+    html::states(scene)
+}
+
 /// The files of a target. Identifiers and file names begin with `name`, in which everything but letters, digits and
 /// underscores becomes an underscore.
 ///

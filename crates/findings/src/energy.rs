@@ -20,6 +20,8 @@ pub struct EnergyBalances {
     pub balances: Vec<ConditionBalance>,
     /// Number of conditions in the data.
     pub conditions: usize,
+    /// The machine with the best explanation, if there is one that holds at all conditions and can be solved.
+    pub extended: Option<Study>,
 }
 
 /// The balance of one condition, steady.
@@ -33,6 +35,10 @@ pub struct ConditionBalance {
     pub before: Flows,
     /// Heat flows with the best explanation, if it can be solved.
     pub after: Option<Flows>,
+    /// Temperatures of all nodes of the machine as it is, K.
+    pub temperatures: Vec<f64>,
+    /// Temperatures of all nodes with the best explanation, K, if it can be solved.
+    pub extended_temperatures: Option<Vec<f64>>,
     /// Heat that outlet sensors say the water took.
     pub water: Vec<WaterHeat>,
 }
@@ -72,7 +78,7 @@ impl EnergyBalances {
         };
         let outlets = problem.study.model.outlet_sensors();
         let model = &problem.study.model;
-        let Some(first) = chosen.first() else { return Ok(Self { balances: Vec::new(), conditions }) };
+        let Some(first) = chosen.first() else { return Ok(Self { conditions, ..Self::default() }) };
         let first = &data.rows[*first].condition;
         let own = model.solver(first)?;
         // An extended machine that cannot be solved is left out: the machine as it is stays worth showing.
@@ -87,9 +93,12 @@ impl EnergyBalances {
                 before: model.flows(&state),
                 water: outlets.iter().filter_map(|outlet| water(problem, *r, outlet, &state, after.as_ref())).collect(),
                 after: after.as_ref().map(|(model, state)| model.flows(state)),
+                temperatures: state.solution.temperatures,
+                extended_temperatures: after.map(|(_, state)| state.solution.temperatures),
             })
         };
-        Ok(Self { balances: chosen.par_iter().map(one).collect::<Result<_>>()?, conditions })
+        let balances = chosen.par_iter().map(one).collect::<Result<_>>()?;
+        Ok(Self { balances, conditions, extended })
     }
 
     /// The balance with most heat in it, which says most.

@@ -15,6 +15,7 @@ mod figures;
 pub mod input;
 pub mod ladder;
 mod next;
+mod picture;
 pub mod places;
 pub mod record;
 pub mod refit;

@@ -2,7 +2,7 @@
 
 use super::energy::ConditionBalance;
 use super::{Findings, capital, figures, ladder, name, probability, words};
-use super::{next, places};
+use super::{next, picture, places};
 use coldplate_base::document::name_of;
 use coldplate_base::error::Result;
 use coldplate_base::numbers::short;
@@ -31,6 +31,7 @@ pub(super) fn report(found: &Findings<'_>) -> Result<Report> {
     energy(report.section("Where the heat goes"), found)?;
     if found.diagnosis.verdict != Verdict::Consistent {
         explanations(report.section("What could explain it"), found)?;
+        picture::picture(report.section("Where it sits, and what it changes"), found);
         next(report.section("What to measure next"), found);
     }
     if let Some(figure) = figures::gains(found) {

@@ -6,10 +6,12 @@ use coldplate_base::random::Random;
 use coldplate_base::units::{self, Dimension, Measurand};
 use coldplate_describe::machine::{Condition, DescribedVariable, Machine};
 use coldplate_explore::sweep::design;
-use coldplate_reduce::{Beginning, ConditionStretch, ReducedModel};
+use coldplate_reduce::ReducedModel;
 use coldplate_surrogate::fit::file;
 use coldplate_surrogate::fit::in_time::DynamicsSample;
 use coldplate_surrogate::fit::model::{InTimeSpec, PointSpec, SurrogateSpec};
+
+use crate::trial::Trial;
 
 /// Number of states of the dynamics, at most. Chosen: more states are more accurate, but a step costs their third
 /// power.
@@ -23,17 +25,6 @@ const MOST_CORNERED: usize = 6;
 const SEED: u64 = 11;
 /// Number of random histories that the error over time is taken from. Chosen: each costs a run of the reduced model.
 const HISTORIES: usize = 8;
-/// Number of stretches of one condition in each history. Chosen as for the histories of the reduced model.
-const STRETCHES: usize = 5;
-/// Shortest and longest stretch, in slowest time constants. Chosen: from a change that only fast states follow to one that
-/// mostly settles.
-const LENGTHS: (f64, f64) = (0.01, 1.0);
-/// Number of outputs in a stretch. Chosen: dense enough to meet the largest error.
-const OUTPUTS: usize = 24;
-/// Time of the first output after the beginning of a stretch, s. Chosen: early enough for the fastest response.
-const FIRST: f64 = 1.0;
-/// Temperature that histories begin at if no point is a temperature, in degC. Chosen: a usual room.
-const ROOM: f64 = 20.0;
 /// Factor on the largest error in the histories, dimensionless. Chosen: other histories may be worse, larger widens
 /// every band.
 const SAFETY: f64 = 1.5;
@@ -84,12 +75,15 @@ pub fn with_dynamics(surrogate: &mut SurrogateSpec, model: &ReducedModel, progre
     let mut found = InTimeSpec::fit(surrogate, &samples, uniform)?;
     progress.at(&format!("comparing with {HISTORIES} random histories of the reduced model"));
     let bytes = file::encode(&SurrogateSpec { in_time: Some(found.clone()), ..surrogate.clone() })?;
+    let opened = file::open(&bytes)?;
     let mut worst = vec![0.0; surrogate.points.len()];
     let mut random = Random::new(SEED);
     for number in 0..HISTORIES {
         let trial = Trial::random(number, slow.slowest, &mut random, &at, varied.len());
-        for (worst, error) in worst.iter_mut().zip(trial.errors(&bytes, model, &places)?) {
-            *worst = f64::max(*worst, error);
+        for step in trial.steps(&opened, model, &|x| places.condition(x))? {
+            for (k, (worst, sensor)) in worst.iter_mut().zip(&places.sensors).enumerate() {
+                *worst = f64::max(*worst, (places.reading(k, step.values[k]) - step.readings[*sensor]).abs());
+            }
         }
     }
     found.errors = worst.iter().map(|error| SAFETY * error + known.largest_error).collect();
@@ -169,63 +163,5 @@ impl<'a> Places<'a> {
     /// A temperature in the points' unit, in K.
     fn kelvin(&self, value: f64) -> f64 {
         units::convert(value, &self.unit, Dimension::TEMPERATURE).unwrap_or(value)
-    }
-}
-
-/// A random history of conditions, in the surrogate's units.
-struct Trial {
-    /// Whether everything begins at the coldest reading of the first steady state; otherwise it begins in that state.
-    is_uniform: bool,
-    /// Conditions, each with its length, s.
-    stretches: Vec<(Vec<f64>, f64)>,
-}
-
-impl Trial {
-    fn random(number: usize, slowest: f64, random: &mut Random, at: &dyn Fn(&[f64]) -> Vec<f64>, varied: usize) -> Self {
-        let stretch = |_| {
-            let shares: Vec<f64> = (0..varied).map(|_| random.unit()).collect();
-            let length = slowest * LENGTHS.0 * (LENGTHS.1 / LENGTHS.0).powf(random.unit());
-            (at(&shares), length.max(10.0 * FIRST))
-        };
-        Self { is_uniform: number % 2 == 1, stretches: (0..STRETCHES).map(stretch).collect() }
-    }
-
-    /// Largest difference of each point between the surrogate and the finer network of the model.
-    fn errors(&self, bytes: &[u8], model: &ReducedModel, places: &Places<'_>) -> Result<Vec<f64>> {
-        let surrogate = file::open(bytes)?;
-        let broken = |e: coldplate_runtime::StepError| Error::numerics(format!("the dynamics cannot be followed: {e}"));
-        let mut values = vec![0.0; surrogate.point_count()];
-        let first = &self.stretches[0].0;
-        let mut state = surrogate.at_rest(first).map_err(broken)?;
-        let mut beginning = Beginning::Steady;
-        if self.is_uniform {
-            surrogate.read(&state, first, &mut values).map_err(broken)?;
-            let temperatures = values.iter().zip(&places.lengths).filter(|(_, is_length)| !**is_length);
-            let coldest = temperatures.map(|(value, _)| *value).reduce(f64::min).unwrap_or(ROOM);
-            state = surrogate.at_temperature(coldest).map_err(broken)?;
-            beginning = Beginning::Uniform(places.kelvin(coldest));
-        }
-        let (mut stretches, mut from) = (Vec::new(), 0.0);
-        for (x, length) in &self.stretches {
-            let condition = places.condition(x)?;
-            let time = |k: usize| from + FIRST * (length / FIRST).powf(k as f64 / (OUTPUTS - 1) as f64);
-            let outputs: Vec<f64> = (0..OUTPUTS).map(time).collect();
-            from = outputs[OUTPUTS - 1];
-            stretches.push(ConditionStretch { until: from, condition: Box::new(move |_| condition.clone()), at_end: None, outputs });
-        }
-        let course = model.course(beginning, 0.0, &stretches)?;
-        let mut worst = vec![0.0; values.len()];
-        let (mut now, mut row) = (0.0, 1);
-        for ((x, _), stretch) in self.stretches.iter().zip(&stretches) {
-            for time in &stretch.outputs {
-                surrogate.step(&mut state, time - now, x).map_err(broken)?;
-                surrogate.read(&state, x, &mut values).map_err(broken)?;
-                for (k, (worst, sensor)) in worst.iter_mut().zip(&places.sensors).enumerate() {
-                    *worst = f64::max(*worst, (places.reading(k, values[k]) - course.readings[row][*sensor]).abs());
-                }
-                (now, row) = (*time, row + 1);
-            }
-        }
-        Ok(worst)
     }
 }

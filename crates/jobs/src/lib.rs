@@ -46,6 +46,7 @@ pub mod sensitivity;
 pub mod service;
 mod summary;
 pub mod surrogate_run;
+mod trial;
 
 pub use answer::Answer;
 pub use default_figures::chart;

@@ -284,6 +284,15 @@ pub struct ReducedSolution<'m> {
     pub seconds: f64,
 }
 
+/// The machine of a reduced model on the mesh of its field.
+///
+/// # Errors
+/// The model has no field; the mesh cannot be made.
+pub fn meshed(model: &ReducedModel) -> Result<MeshedMachine> {
+    let size = model.known_field()?.element_size;
+    MeshedMachine::on(model.machine.clone(), Mesh::with_size(&model.machine, size)?)
+}
+
 impl<'m> ReducedSolution<'m> {
     /// The steady state at the condition and parameters `given` (name, value).
     ///
@@ -301,11 +310,8 @@ impl<'m> ReducedSolution<'m> {
     /// # Errors
     /// The model has no field, or its field is not of this mesh.
     pub fn field(&self) -> Result<(MeshedMachine, Vec<f64>)> {
-        let (model, field) = (self.model, self.model.field.as_ref());
-        let field = field.ok_or_else(|| {
-            Error::input("this reduced model knows its sensors, not its field").help("make it with `coldplate reduce --field`")
-        })?;
-        let full = MeshedMachine::on(model.machine.clone(), Mesh::with_size(&model.machine, field.element_size)?)?;
+        let model = self.model;
+        let full = meshed(model)?;
         let temperatures = model.temperatures(&self.answer, &self.condition, &full.network)?;
         Ok((full, temperatures))
     }

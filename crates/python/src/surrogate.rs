@@ -2,10 +2,12 @@
 
 use std::path::PathBuf;
 
+use coldplate_base::progress::Silent;
 use coldplate_base::units::{self, parse};
 use coldplate_export::{Beside, page};
 use coldplate_jobs::followed::followed;
 use coldplate_jobs::info::Info;
+use coldplate_jobs::scene::{SceneFiles, scene};
 use coldplate_jobs::service;
 use coldplate_runtime::format::MAX_STATES;
 use coldplate_runtime::{Acceptability, Band, Room, ShapeError, State, StepError, Surrogate as Opened};
@@ -96,10 +98,14 @@ impl Surrogate {
         json(py, &told(py, Info::of_surrogate(self.file.borrow_owner()))?)
     }
 
-    /// A page with sliders.
-    fn page(&self, py: Python<'_>, name: &str) -> PyResult<String> {
+    /// A page with sliders; of a machine file, with the machine in three dimensions, its field by a reduced model if there is one.
+    #[pyo3(signature = (name, machine, field))]
+    fn page(&self, py: Python<'_>, name: &str, machine: Option<PathBuf>, field: Option<PathBuf>) -> PyResult<String> {
         let followed = told(py, followed(self.file.borrow_owner()))?;
-        let beside = Beside { scene: None, followed: followed.as_deref() };
+        let files = machine.as_deref().map(|machine| SceneFiles { machine, sets: &[], reduced: field.as_deref(), cells: None });
+        let scene = files.map(|files| told(py, py.detach(|| scene(&files, self.opened(), &Silent)))).transpose()?;
+        let scene = scene.map(|scene| json(py, &scene)).transpose()?;
+        let beside = Beside { scene: scene.as_deref(), followed: followed.as_deref() };
         let pages = page(self.opened(), &beside, name).map_err(|e| wrong(py, e.to_string()))?;
         Ok(pages.into_iter().next().map(|page| String::from_utf8_lossy(&page.content).into_owned()).unwrap_or_default())
     }

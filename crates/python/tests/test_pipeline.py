@@ -136,6 +136,17 @@ def test_sweep_and_fit(swept):
     assert surrogate.query({own.name: f"{(own.low + own.high) / 2} {own.unit}" for own in surrogate.info.variables}).in_domain
 
 
+def test_a_notebook_shows_the_machine(swept, tmp_path):
+    surrogate = coldplate.fit(swept, machine=machine())
+    machine().reduce(accuracy="0.1 K", cells=150, field=True).write(tmp_path / "machine.cpr")
+    page = surrogate.page(machine=FOLDER / "machine.toml", field=tmp_path / "machine.cpr")
+    assert "reduced model" in page and '"bound":' in page
+    shown = page._repr_html_()
+    assert shown.startswith("<iframe srcdoc=") and "<canvas" not in shown and "&lt;canvas" in shown
+    with pytest.raises(InputError, match="machine=..., field=..."):
+        surrogate.page(field=tmp_path / "machine.cpr")
+
+
 def test_tables_to_frames(swept, tmp_path):
     pandas, polars = pytest.importorskip("pandas"), pytest.importorskip("polars")
     frame, other = swept.table.to_pandas(), swept.table.to_polars()
@@ -166,7 +177,7 @@ def test_identify(tmp_path):
 def test_diagnose(tmp_path):
     found = machine().diagnose(FOLDER / "readings.csv", cells=150)
     assert found.misfit.p < 0.002 and found.causes and found.headline
-    assert "<html" in found.report and found.headline[:20] in found._repr_html_()
+    assert "<html" in found.report and found.report._repr_html_().startswith("<iframe") and found.headline[:20] in found._repr_html_()
     if found.machine is not None:
         found.write(tmp_path / "extended.toml")
         assert Machine.read(tmp_path / "extended.toml").name

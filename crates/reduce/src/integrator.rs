@@ -116,6 +116,14 @@ struct Before {
 /// Readings of all sensors (K) at ascending times (s).
 pub type Path = Vec<(f64, Vec<f64>)>;
 
+/// A reduced network at the time of an output.
+pub(crate) struct Output {
+    /// Readings of all sensors, K.
+    pub readings: Vec<f64>,
+    /// Amplitudes of the modes, K.
+    pub amplitudes: DVector<f64>,
+}
+
 /// The load at a time, s.
 type LoadAt<'l> = dyn Fn(f64) -> Result<Load> + 'l;
 
@@ -208,17 +216,22 @@ impl<'a> Motion<'a> {
         self.level.readings_of(self.network, load, &self.amplitudes, &self.temperatures)
     }
 
-    /// Advances to `until` (s), from one corner of the condition to the next: `load` must be smooth until then. Returns the readings of
-    /// all sensors, K, at ascending `outputs`, under the load that they see there. Within a step they are read from the parabola
+    /// The network at this instant, under the load that its sensors see.
+    pub fn output(&self, load: &Load) -> Output {
+        Output { readings: self.read(load), amplitudes: self.amplitudes.clone() }
+    }
+
+    /// Advances to `until` (s), from one corner of the condition to the next: `load` must be smooth until then. Returns the network at
+    /// ascending `outputs`, its readings under the load that they see there. Within a step they are read from the parabola
     /// through its three states. Steps end at the outputs while water from before the corner may be in the channels, because fronts may
     /// pass, and while readings of water are far from straight. `path` takes in the readings now and at the end of every step.
     ///
     /// # Errors
     /// A condition cannot be evaluated, or no step is short enough.
-    pub fn advance(&mut self, until: f64, load: &LoadAt<'_>, outputs: &[f64], seen: &LoadAt<'_>, path: &mut Path) -> Result<Vec<Vec<f64>>> {
+    pub fn advance(&mut self, until: f64, load: &LoadAt<'_>, outputs: &[f64], seen: &LoadAt<'_>, path: &mut Path) -> Result<Vec<Output>> {
         // Slopes from before a corner say nothing about the time after it.
         self.before = None;
-        let mut readings = Vec::with_capacity(outputs.len());
+        let mut reached_outputs = Vec::with_capacity(outputs.len());
         let mut now = self.now(load(self.time)?, self.now.as_ref());
         self.leaving = self.leaving.take().filter(|_| self.now.as_ref().is_some_and(|before| Rc::ptr_eq(before, &now)));
         self.settle(&now.load, &now.given)?;
@@ -229,10 +242,10 @@ impl<'a> Motion<'a> {
         let residence = |load: &Load| residence(self.network, load, &self.temperatures, &self.water);
         let even = self.time + residence(&now.load)?.max(residence(&load(until)?)?);
         while until - self.time > SAME_INSTANT {
-            while let Some(time) = outputs.get(readings.len()).filter(|time| **time - self.time <= SAME_INSTANT) {
-                readings.push(self.read(&seen(*time)?));
+            while let Some(time) = outputs.get(reached_outputs.len()).filter(|time| **time - self.time <= SAME_INSTANT) {
+                reached_outputs.push(self.output(&seen(*time)?));
             }
-            let output = outputs.get(readings.len()).copied();
+            let output = outputs.get(reached_outputs.len()).copied();
             let goal = output.filter(|_| self.lands || self.time < even).unwrap_or(until);
             let left = goal - self.time;
             let is_last = self.step >= left * (1.0 - 1e-9);
@@ -268,12 +281,13 @@ impl<'a> Motion<'a> {
             let amplitudes = std::mem::replace(&mut self.amplitudes, taken.amplitudes);
             let temperatures = std::mem::replace(&mut self.temperatures, taken.temperatures);
             (self.water, self.leaving) = (taken.water, Some(taken.leaving));
-            while let Some(time) = outputs.get(readings.len()).filter(|time| **time <= self.time) {
+            while let Some(time) = outputs.get(reached_outputs.len()).filter(|time| **time <= self.time) {
                 let [first, second, third] = parabola((time - begun) / h);
                 let a = first * &amplitudes + second * &between.0 + third * &self.amplitudes;
                 let states = temperatures.iter().zip(&between.1).zip(&self.temperatures);
                 let t: Vec<f64> = states.map(|((begin, between), end)| first * begin + second * between + third * end).collect();
-                readings.push(self.level.readings_of(self.network, &seen(*time)?, &a, &t));
+                let readings = self.level.readings_of(self.network, &seen(*time)?, &a, &t);
+                reached_outputs.push(Output { readings, amplitudes: a });
             }
             self.before = Some(Before { begin: amplitudes, between: between.0, length: h });
             self.steps += 1;
@@ -282,12 +296,12 @@ impl<'a> Motion<'a> {
             now = end;
             path.push((self.time, self.read(&now.load)));
         }
-        for time in &outputs[readings.len()..] {
-            readings.push(self.read(&seen(*time)?));
+        for time in &outputs[reached_outputs.len()..] {
+            reached_outputs.push(self.output(&seen(*time)?));
         }
         self.time = until;
         self.now = Some(now);
-        Ok(readings)
+        Ok(reached_outputs)
     }
 
     /// Brings modes that store no heat into balance, which a jump of the condition upsets.

@@ -202,10 +202,27 @@ impl ReducedModel {
     /// # Errors
     /// The model was made without its field, the condition cannot be evaluated, or the network is another one.
     pub fn temperatures(&self, answer: &ReducedAnswer, condition: &Condition, network: &Network) -> Result<Vec<f64>> {
-        let Some(field) = &self.field else {
-            return Err(Error::input("this reduced model knows its sensors, not its field").help("make it with `coldplate reduce --field`"));
-        };
-        field.temperatures(&self.fine, &answer.state, network, &Load::at(&self.machine, condition)?)
+        self.known_field()?.temperatures(&self.fine, &answer.state, network, &Load::at(&self.machine, condition)?)
+    }
+
+    /// Temperatures of all nodes of the full network (K) with amplitudes of the finer network's modes, as [`ReducedModel::course`]
+    /// gives them. Water is taken as steady along its walls.
+    ///
+    /// # Errors
+    /// As for [`ReducedModel::temperatures`].
+    pub fn temperatures_with(&self, amplitudes: &DVector<f64>, condition: &Condition, network: &Network) -> Result<Vec<f64>> {
+        let load = Load::at(&self.machine, condition)?;
+        self.known_field()?.temperatures(&self.fine, &self.fine.state_with(&load, amplitudes)?, network, &load)
+    }
+
+    /// The field of the model.
+    ///
+    /// # Errors
+    /// The model was made without it.
+    pub fn known_field(&self) -> Result<&ModeField> {
+        let missing =
+            || Error::input("this reduced model knows its sensors, not its field").help("make it with `coldplate reduce --field`");
+        self.field.as_ref().ok_or_else(missing)
     }
 
     /// Bounds on the difference of the coarser network's readings from the full model's, K.

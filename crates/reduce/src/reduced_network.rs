@@ -239,6 +239,25 @@ impl ReducedNetwork {
             .help("solve this condition in full"))
     }
 
+    /// State with these amplitudes at a load, its water steady along the walls.
+    ///
+    /// # Errors
+    /// Water outside the range of its properties.
+    pub(super) fn state_with(&self, load: &Load, amplitudes: &DVector<f64>) -> Result<ReducedState> {
+        let network = &self.network;
+        let mut temperatures = self.temperatures(network, load, amplitudes, None);
+        // Films follow the temperatures of the water, which follow the films: the first pass is from the inlet's.
+        let mut along = || -> Result<Vec<StreamState>> {
+            let streams = network.stream_states(load, &temperatures)?;
+            let walls = self.channels().alongside(&streams).walls_of_steps(amplitudes);
+            follow(network, load, &streams, walls.as_slice(), &mut temperatures);
+            Ok(streams)
+        };
+        along()?;
+        let streams = along()?;
+        Ok(ReducedState { amplitudes: amplitudes.clone(), temperatures, streams, steps: 0 })
+    }
+
     /// Parts of the level that describe its channels.
     pub(super) fn channels(&self) -> Channels<'_> {
         let Self { network, center, walls, tilts, rings, drifts, .. } = self;
@@ -408,7 +427,10 @@ impl ReducedNetwork {
     }
 
     /// The slowest time constant at a condition, s.
-    pub(super) fn slowest(&self, load: &Load) -> Result<f64> {
+    ///
+    /// # Errors
+    /// The condition has no steady state.
+    pub fn slowest(&self, load: &Load) -> Result<f64> {
         let state = self.steady(&self.network, load, &DVector::zeros(self.len()))?;
         let given = self.given(&self.network, load);
         let acting = conductors(&self.network, load, &state.temperatures);

@@ -1,6 +1,8 @@
 //! A reduced model over time, each reading with a bound.
 
-use super::integrator::{Motion, Path};
+use nalgebra::DVector;
+
+use super::integrator::{Motion, Output, Path};
 use super::model::ReducedModel;
 use super::reduced_network::ReducedNetwork;
 use coldplate_base::error::{Error, Result};
@@ -39,6 +41,8 @@ pub struct ReducedHistory {
     pub readings: Vec<Vec<f64>>,
     /// Readings of the coarser network at the beginning and at every output, K, which the bound is made of.
     pub coarser: Vec<Vec<f64>>,
+    /// Amplitudes of the finer network's modes at the beginning and at every output, K.
+    pub amplitudes: Vec<DVector<f64>>,
     /// Readings of the finer network at the beginning of each stretch and at the end of every step in it, under the condition there:
     /// between two steps a reading can be followed.
     pub path: Vec<Path>,
@@ -46,9 +50,9 @@ pub struct ReducedHistory {
     pub steps: usize,
 }
 
-/// Readings of one network over time.
+/// One network over time.
 struct OfLevel {
-    readings: Vec<Vec<f64>>,
+    outputs: Vec<Output>,
     path: Vec<Path>,
     steps: usize,
 }
@@ -64,7 +68,9 @@ impl ReducedModel {
             || self.of_level(&self.fine, TOLERANCES[1], beginning, from, stretches),
         );
         let (coarse, fine) = (coarse?, fine?);
-        Ok(ReducedHistory { readings: fine.readings, coarser: coarse.readings, path: fine.path, steps: coarse.steps + fine.steps })
+        let (readings, amplitudes) = fine.outputs.into_iter().map(|own| (own.readings, own.amplitudes)).unzip();
+        let coarser = coarse.outputs.into_iter().map(|own| own.readings).collect();
+        Ok(ReducedHistory { readings, coarser, amplitudes, path: fine.path, steps: coarse.steps + fine.steps })
     }
 
     fn of_level(
@@ -80,13 +86,13 @@ impl ReducedModel {
         let load = Load::at(&self.machine, &(first.condition)(from))?;
         let mut motion = match beginning {
             Beginning::Steady => {
-                let state = level.steady(network, &load, &nalgebra::DVector::zeros(level.len()))?;
+                let state = level.steady(network, &load, &DVector::zeros(level.len()))?;
                 Motion::from_steady(level, &load, state, from, tolerance)
             }
             Beginning::Uniform(temperature) => Motion::from_uniform(level, &load, temperature, from, tolerance)?,
         };
         let warming = level.warming();
-        let (mut readings, mut path) = (vec![motion.read(&load)], Vec::with_capacity(stretches.len()));
+        let (mut reached, mut path) = (vec![motion.output(&load)], Vec::with_capacity(stretches.len()));
         for stretch in stretches {
             let load = |time: f64| Load::at(&self.machine, &(stretch.condition)(time));
             // Sensors of inlet water show the condition after a step at once.
@@ -105,10 +111,10 @@ impl ReducedModel {
             for end in found.corners.iter().map(|corner| corner.time).chain([stretch.until]) {
                 let (due, later) = outputs.split_at(outputs.partition_point(|time| *time <= end));
                 outputs = later;
-                readings.extend(motion.advance(end, &load, due, &seen, &mut own)?);
+                reached.extend(motion.advance(end, &load, due, &seen, &mut own)?);
             }
             path.push(own);
         }
-        Ok(OfLevel { readings, path, steps: motion.steps })
+        Ok(OfLevel { outputs: reached, path, steps: motion.steps })
     }
 }

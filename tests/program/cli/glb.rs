@@ -135,11 +135,10 @@ fn places_temperatures_and_colours_are_those_of_a_bar() {
         let off = if is_between { half_cell } else { 60.0 / 7.0 / 2.0 + half_cell };
         assert!((t[0] - exact).abs() < off, "{at:?}: {} and not {exact}", t[0]);
     }
-    // The ends of the colours, as shares of light: sRGB (13, 8, 135) and (240, 249, 33).
+    // The ends of the colours, as shares of light: sRGB (66, 62, 172) and (242, 245, 82).
     let light = |byte: f64| (byte / 255.0 / 1.055 + 0.055 / 1.055).powf(2.4);
     let of = |wanted: f64| colours[degrees.iter().position(|t| (t[0] - wanted).abs() < 1e-4).unwrap()].clone();
-    for (found, own) in [(of(low), [light(13.0), 8.0 / 255.0 / 12.92, light(135.0)]), (of(high), [light(240.0), light(249.0), light(33.0)])]
-    {
+    for (found, own) in [(of(low), [66.0, 62.0, 172.0].map(light)), (of(high), [242.0, 245.0, 82.0].map(light))] {
         assert!(found.iter().zip(own).all(|(a, b)| (a - b).abs() < 2e-5) && found[3] == 1.0, "{found:?} {own:?}");
     }
     let sensor = read.node("sensors", "middle");

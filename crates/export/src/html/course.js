@@ -1,22 +1,36 @@
-/* A run at one condition from a state of the machine: `motion` is what coldplateInTime(s, answers) gives, `at` its here(x). Goes
-   on between the frames of a page; comes to the samples, when limits are broken first, and when everything has settled. */
-function* follow(s, motion, answers, x, at, begin, duration, count) {
-  const sample = (time, state) => {
+/* A run through stages from a state of the machine. Each stage goes from one condition straight to another until a time, s; `motion`
+   is what coldplateInTime(s, answers) gives. While a condition moves, each step holds that of its middle, as `coldplate simulate`
+   does. Goes on between the frames of a page; comes to the samples, when limits are broken first, and when all has settled. */
+function* follow(s, motion, answers, stages, begin, count) {
+  /* Steps of a stage in which the condition moves, at least. */
+  const MOVED = 32;
+  const sample = (time, state, x, at) => {
     const values = motion.read(state, at);
-    return { time, state, values, limited: s.limits.map((limit) => answers.limitedValue(limit, x, values)) };
+    return { time, state, x, at, values, limited: s.limits.map((limit) => answers.limitedValue(limit, x, values)) };
   };
-  const samples = [sample(0, begin)];
-  for (let k = 1; k <= count; k += 1) {
-    samples.push(sample((duration * k) / count, motion.step(samples[k - 1].state, duration / count, at)));
-    yield;
+  const duration = stages[stages.length - 1].until;
+  const samples = [sample(0, begin, stages[0].from, motion.here(stages[0].from))];
+  for (const { from, to, until } of stages) {
+    const begun = samples[samples.length - 1].time;
+    const held = from.every((value, i) => value === to[i]) ? motion.here(to) : null;
+    const steps = Math.max(held ? 1 : MOVED, Math.round((count * (until - begun)) / duration));
+    const length = (until - begun) / steps;
+    for (let k = 1; k <= steps; k += 1) {
+      const x = (share) => (held ? to : from.map((value, i) => value + ((to[i] - value) * share) / steps));
+      const middle = { x: x(k - 0.5), at: held || motion.here(x(k - 0.5)) };
+      const state = motion.step(samples[samples.length - 1].state, length, middle.at);
+      samples.push({ ...sample(begun + ((until - begun) * k) / steps, state, x(k), held || motion.here(x(k))), middle });
+      yield;
+    }
   }
   /* The moment between two samples from which on something holds. */
   const since = (k, holds) => {
     if (k === 0) return 0;
+    const { x, at } = samples[k].middle;
     let [early, late] = [0, samples[k].time - samples[k - 1].time];
     for (let n = 0; n < 40; n += 1) {
       const middle = 0.5 * (early + late);
-      if (holds(sample(0, motion.step(samples[k - 1].state, middle, at)))) late = middle; else early = middle;
+      if (holds(sample(0, motion.step(samples[k - 1].state, middle, at), x, at))) late = middle; else early = middle;
     }
     return samples[k - 1].time + late;
   };
@@ -25,8 +39,9 @@ function* follow(s, motion, answers, x, at, begin, duration, count) {
     const k = samples.findIndex(is);
     return k < 0 ? null : since(k, is);
   });
-  const near = at.values.map((steady, p) => Math.max(0.05 * Math.abs(samples[0].values[p] - steady), s.in_time.errors[p]));
-  const isSettled = (one) => one.values.every((value, p) => Math.abs(value - at.values[p]) <= near[p]);
+  const end = samples[samples.length - 1].at;
+  const near = end.values.map((steady, p) => Math.max(0.05 * Math.abs(samples[0].values[p] - steady), s.in_time.errors[p]));
+  const isSettled = (one) => one.values.every((value, p) => Math.abs(value - end.values[p]) <= near[p]);
   let k = samples.length;
   while (k > 0 && isSettled(samples[k - 1])) k -= 1;
   return { samples, broken, settled: k === samples.length ? null : since(k, isSettled) };
@@ -39,6 +54,7 @@ function course(s, answers, motion, page) {
   const COLOURS = ["var(--blue)", "#e69f00", "#009e73", "var(--ink)", "#d55e00", "#56b4e9", "#cc79a7"];
   const DASHES = ["", "9 5", "10 4 2 4", "2 4", "5 3"];
   const MOST = 10;
+  const speed = s.variables.findIndex((v) => v.name === "motor_speed");
   const ambient = s.variables.findIndex((v) => v.name === "ambient_temperature");
   const heldAmbient = s.held.find((h) => h.name === "ambient_temperature");
   let own = null;
@@ -52,6 +68,29 @@ function course(s, answers, motion, page) {
   const initial = () => (own === null ? (ambient >= 0 ? page.x[ambient] : heldAmbient ? heldAmbient.value : 20) : own);
   const begin = () => (byId("begin").value === "kept" && kept ? motion.atRest(kept) : motion.atTemperature(initial()));
 
+  /* Minutes of a field, in seconds; nothing where it is empty. */
+  const minutes = (id) => (byId(id).value === "" || !(Number(byId(id).value) >= 0) ? null : 60 * Number(byId(id).value));
+  const slowest = (x) => x.map((value, i) => (i === speed ? s.variables[i].low : value));
+  /* Where a ramp begins: at the condition of the beginning, or at the lowest motor speed of the fitted range. */
+  const rampedFrom = (x) => (byId("begin").value === "kept" && kept ? kept : slowest(x));
+  function stages(x) {
+    const total = duration();
+    const ramp = Math.min(total, minutes("ramped") || 0);
+    const stop = minutes("stopped") === null ? total : Math.min(total, Math.max(ramp, minutes("stopped")));
+    const all = [{ from: rampedFrom(x), to: x, until: ramp }, { from: x, to: x, until: stop }, { from: slowest(x), to: slowest(x), until: total }];
+    return all.filter(({ until }, k) => until > (k === 0 ? 0 : all[k - 1].until));
+  }
+  function tellStages() {
+    const words = [];
+    const lowest = speed < 0 ? "" : `${short(units.value(s.variables[speed].unit, s.variables[speed].low))} ${units.name(s.variables[speed].unit)}`;
+    const isAtStop = speed >= 0 && s.variables[speed].low === 0;
+    if (minutes("ramped") > 0) words.push(byId("begin").value === "kept" && kept ? "The ramp begins at the condition of the beginning." : `The ramp begins at a motor speed of ${lowest}, the lowest fitted.`);
+    if (minutes("stopped") !== null && !isAtStop) words.push(`Stopped stands for ${lowest}: below, the file knows nothing.`);
+    if (speed < 0) words.push("The motor speed was held: the file knows neither a ramp from one temperature nor a stop.");
+    byId("stages").textContent = words.join(" ");
+  }
+  if (speed < 0) byId("stopped").disabled = true;
+  for (const id of ["ramped", "stopped"]) byId(id).addEventListener("change", later);
   byId("initial").addEventListener("change", () => {
     const value = byId("initial").value;
     own = value !== "" && Number.isFinite(Number(value)) ? units.back("degC", Number(value)) : null;
@@ -78,8 +117,9 @@ function course(s, answers, motion, page) {
     return list;
   }
 
-  const [WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM] = [960, 420, 64, 160, 16, 46];
-  function draw(unit, points, found) {
+  const [LEFT, RIGHT, TOP, BOTTOM] = [64, 160, 16, 46];
+  /* Curves of some points of one unit; `at` of the figure moves the line of a time. */
+  function draw(unit, points, found, [WIDTH, HEIGHT] = [960, 420]) {
     const last = found.samples[found.samples.length - 1];
     const { unit: timeUnit, size } = spell(last.time);
     const lines = s.limits.flatMap((limit) => {
@@ -140,12 +180,18 @@ function course(s, answers, motion, page) {
       if (label.name.length > 20) text.append(shape("title", {}, label.name));
       svg.append(text);
     }
-    return svg;
+    const line = shape("line", { y1: TOP, y2: HEIGHT - BOTTOM, class: "now" });
+    const at = (time) => {
+      line.setAttribute("x1", across(time));
+      line.setAttribute("x2", across(time));
+      svg.append(line);
+    };
+    return { svg, at };
   }
 
   function show(found) {
     const units = [...new Set(s.points.map((p) => p.unit))];
-    byId("pictures").replaceChildren(...units.map((unit) => draw(unit, s.points.map((_, p) => p).filter((p) => s.points[p].unit === unit), found)));
+    byId("pictures").replaceChildren(...units.map((unit) => draw(unit, s.points.map((_, p) => p).filter((p) => s.points[p].unit === unit), found).svg));
     byId("reached").tBodies[0].replaceChildren(...s.limits.map((limit, l) => {
       const row = make("tr");
       const most = found.samples.reduce((best, one) => (one.limited[l] > best.limited[l] ? one : best));
@@ -166,11 +212,11 @@ function course(s, answers, motion, page) {
     byId("duration").setAttribute("aria-valuetext", text);
     if (document.activeElement !== byId("initial")) byId("initial").value = short(units.value("degC", initial()));
     byId("initial-unit").textContent = units.name("degC");
-    const x = page.x.slice();
-    const at = motion.here(x);
+    tellStages();
     yield;
-    const found = yield* follow(s, motion, answers, x, at, begin(), duration(), SAMPLES);
+    const found = yield* follow(s, motion, answers, stages(page.x.slice()), begin(), SAMPLES);
     show(found);
+    page.onCourse(found);
   }
 
   /* As long as everything takes to settle, and a quarter more. */
@@ -184,7 +230,7 @@ function course(s, answers, motion, page) {
   }
   byId("duration").value = String(Math.min(420, Math.max(0, Math.round(100 * Math.log10((1.25 * time) / 60)))));
   byId("course").hidden = false;
-  for (const id of ["begin", "duration"]) page.link.control(id);
+  for (const id of ["begin", "duration", "ramped", "stopped"]) page.link.control(id);
   page.link.add({
     write: (words) => { if (own !== null) words.set("initial", page.written(own)); if (kept) words.set("from", kept.map(page.written).join(" ")); },
     read: (words) => {
@@ -194,5 +240,5 @@ function course(s, answers, motion, page) {
       beginAt(words.has("from") && from.length === s.variables.length && from.every(Number.isFinite) ? from : null);
     },
   });
-  return job;
+  return { job, draw, spell };
 }

@@ -4,6 +4,9 @@ function linked(page) {
   const { byId } = page;
   /* Time in milliseconds after which a change counts as made. Chosen: longer than the pauses of a hand on a slider. */
   const REST = 400;
+  /* A page in a frame, as in a notebook, has no address of its own. */
+  const hasAddress = location.protocol !== "about:";
+  byId("address").hidden = !hasAddress;
   const parts = [];
   let past = [];
   let at = -1;
@@ -24,7 +27,7 @@ function linked(page) {
       at = past.length - 1;
     }
     const whole = text(parts);
-    if (whole !== written) history.replaceState(null, "", `#${whole}`);
+    if (whole !== written && hasAddress) history.replaceState(null, "", `#${whole}`);
     written = whole;
     byId("undo").disabled = at <= 0;
     byId("redo").disabled = at >= past.length - 1;

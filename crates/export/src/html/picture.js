@@ -1,12 +1,13 @@
-/* The machine in three dimensions, coloured by temperature: turned, cut and taken apart, and asked under the pointer. `page` has the
-   elements of the page; comes to a function that shows the machine at a condition. */
-function machinePicture(m, s, page) {
+/* The machine in three dimensions, coloured by temperature: turned, cut and taken apart, and asked under the pointer. `scene` is what
+   coldplateScene(m) gives; `page` has the elements of the page, how names and numbers are written, and what is told when the picture
+   has changed. */
+function machinePicture(scene, m, page) {
   const { byId, make, spoken, units, signed } = page;
-  const scene = coldplateScene(m, s);
   const { box, dot, cross, minus } = scene;
   const canvas = byId("machine");
   const signs = byId("signs");
-  const RAMP = [[13, 8, 135], [92, 1, 166], [156, 23, 158], [204, 71, 120], [237, 121, 83], [253, 180, 47], [240, 249, 33]];
+  /* From a blue on which shade and edges are still seen; each next one is lighter. */
+  const RAMP = [[66, 62, 172], [122, 58, 184], [172, 58, 166], [214, 84, 128], [242, 131, 84], [253, 185, 58], [242, 245, 82]];
   const DIFFERENCE = [[0, 80, 150], [86, 160, 210], [190, 218, 236], [244, 244, 244], [248, 206, 170], [226, 126, 66], [150, 50, 0]];
   const AXES = ["x", "y", "z"];
   /* Readings that are named in the picture, a count. */
@@ -17,10 +18,14 @@ function machinePicture(m, s, page) {
   const shown = m.parts.map(() => true);
   const eye = { yaw: 0, pitch: 0, zoom: 1, right: 0, up: 0 };
   let now = null;
-  let kept = [];
+  /* Fields that a change can be counted from, with their names. */
+  let bases = [];
   let laid = null;
   let plane = null;
   let range = [0, 1];
+  /* Fields that the colours hold for beside the one that is seen, and whether the range is theirs. */
+  let beside = [];
+  let is_ranged = false;
   let is_fixed = false;
 
   const colour = (t, ramp) => {
@@ -58,6 +63,12 @@ function machinePicture(m, s, page) {
     const right = [-Math.sin(yaw), Math.cos(yaw), 0];
     return { right, up: cross(toward, right), toward };
   }
+  /* Direction of the light, from over the right shoulder. */
+  function light() {
+    const { right, up, toward } = axes();
+    const from = toward.map((x, d) => 0.8 * x + 0.25 * right[d] + 0.5 * up[d]);
+    return from.map((x) => x / Math.hypot(...from));
+  }
   /* From the machine to the picture, -1 to 1 each; z rises away from the eye. */
   function projection() {
     const { right, up, toward } = axes();
@@ -84,7 +95,7 @@ function machinePicture(m, s, page) {
       const shader = (kind, text) => { const own = gl.createShader(kind); gl.shaderSource(own, text); gl.compileShader(own); gl.attachShader(program, own); };
       shader(gl.VERTEX_SHADER, `attribute vec3 place; attribute vec3 normal; attribute vec4 tint; uniform vec4 rows[3]; uniform vec3 light;
         varying vec3 at; varying vec3 colour;
-        void main() { vec4 p = vec4(place, 1.0); at = place; colour = tint.rgb * (0.78 + 0.22 * abs(dot(normal, light)));
+        void main() { vec4 p = vec4(place, 1.0); at = place; colour = tint.rgb * (0.6 + 0.4 * abs(dot(normal, light)));
           gl_Position = vec4(dot(rows[0], p), dot(rows[1], p), dot(rows[2], p), 1.0); }`);
       shader(gl.FRAGMENT_SHADER, `precision mediump float; uniform vec4 plane; uniform float alpha; uniform float ink; varying vec3 at; varying vec3 colour;
         void main() { float shade = 1.0; ${section}
@@ -120,13 +131,11 @@ function machinePicture(m, s, page) {
       paint(rows, ramp, is_clear) {
         const program = programs[plane ? 1 : 0];
         const place = (name) => gl.getUniformLocation(program, name);
-        const { right, up, toward } = axes();
-        const light = toward.map((x, d) => 0.8 * x + 0.25 * right[d] + 0.5 * up[d]);
         gl.useProgram(program);
         gl.viewport(0, 0, canvas.width, canvas.height);
         gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
         gl.uniform4fv(place("rows"), rows.flat());
-        gl.uniform3f(place("light"), ...light.map((x) => x / Math.hypot(...light)));
+        gl.uniform3f(place("light"), ...light());
         if (plane) gl.uniform4f(place("plane"), ...plane);
         gl.uniform1f(place("ink"), 1);
         gl.uniform1f(place("alpha"), 1);
@@ -169,9 +178,9 @@ function machinePicture(m, s, page) {
           }
         }
         seen.sort((one, other) => other[0] - one[0]);
-        const { toward } = axes();
+        const toward = light();
         for (const [, a, b, c, is_pipe] of seen) {
-          const bright = 0.78 + 0.22 * Math.abs(dot(toward, normals.subarray(3 * a, 3 * a + 3)));
+          const bright = 0.6 + 0.4 * Math.abs(dot(toward, normals.subarray(3 * a, 3 * a + 3)));
           const tint = colour(((values[a] + values[b] + values[c]) / 3 - range[0]) / (range[1] - range[0]), ramp).map((x) => Math.round(x * bright));
           g.globalAlpha = is_clear && !is_pipe ? 0.3 : 1;
           g.fillStyle = `rgb(${tint.join(",")})`;
@@ -187,21 +196,29 @@ function machinePicture(m, s, page) {
     };
   }
 
-  /* The field of the kept condition whose change is shown. */
-  const base = () => (byId("quantity").value === "temperature" ? null : kept[Number(byId("quantity").value)] || null);
+  /* The field that the change which is shown is counted from. */
+  const base = () => (byId("quantity").value === "temperature" ? null : bases[Number(byId("quantity").value)].field);
   const is_difference = () => base() !== null;
   function fillValues() {
     const from = base();
     for (let i = 0; i < total; i += 1) values[i] = now.field[source[i]] - (from ? from[source[i]] : 0);
-    if (is_fixed && !is_difference()) { painter.fill(RAMP); return; }
+    const ramp = is_difference() ? DIFFERENCE : RAMP;
+    if ((is_fixed && !is_difference()) || (beside.length > 0 && is_ranged)) { painter.fill(ramp); return; }
     let [low, high] = [Infinity, -Infinity];
-    m.parts.forEach((part, k) => {
-      if (!shown[k]) return;
-      for (let f = 3 * part.first; f < 3 * (part.first + part.count); f += 1) { low = Math.min(low, values[faces[f]]); high = Math.max(high, values[faces[f]]); }
-    });
+    for (const field of [now.field, ...beside]) {
+      m.parts.forEach((part, k) => {
+        if (!shown[k]) return;
+        for (let f = 3 * part.first; f < 3 * (part.first + part.count); f += 1) {
+          const value = field[faces[f]] - (from ? from[faces[f]] : 0);
+          low = Math.min(low, value);
+          high = Math.max(high, value);
+        }
+      });
+    }
     if (is_difference()) { const most = Math.max(Math.abs(low), Math.abs(high), 0.05); [low, high] = [-most, most]; }
     range = low < high - 0.05 ? [low, high] : [low - 0.05, low + 0.05];
-    painter.fill(is_difference() ? DIFFERENCE : RAMP);
+    is_ranged = true;
+    painter.fill(ramp);
   }
 
   const degrees = (value) => (is_difference() ? units.span : units.value)("degC", value);
@@ -226,7 +243,7 @@ function machinePicture(m, s, page) {
   let painted = 0;
   let rest = 0;
   function paint() {
-    page.link.note();
+    page.note?.();
     if (is_waiting || !now) return;
     is_waiting = true;
     requestAnimationFrame((time) => {
@@ -274,7 +291,7 @@ function machinePicture(m, s, page) {
     const sign = (at, kind, text) => {
       const [x, y] = placed(rows, at);
       if (Math.abs(x) > 1 || Math.abs(y) > 1) return null;
-      const own = make("span", text, { className: text === "" ? kind : `${kind} ${x > 0 ? "before" : "after"}` });
+      const own = make("span", text, { className: text === "" ? kind : `${kind} ${x > 0 ? "before" : "after"}${y > 0.85 ? " under" : ""}` });
       own.style.left = `${50 * (x + 1)}%`;
       own.style.top = `${50 * (1 - y)}%`;
       return own;
@@ -282,8 +299,8 @@ function machinePicture(m, s, page) {
     const kept_by_section = (at) => !plane || dot(plane, at) <= plane[3];
     const visible = m.sensors.filter((own) => (own.part === null || shown[own.part]) && kept_by_section(own.at));
     const reads = (laid || []).flatMap((one) => visible.filter((own) => own.name === one.name).map((own) => ({ ...one, at: own.at })));
-    const bound = now.binding && !laid ? visible.filter((own) => now.binding.points.includes(own.name)) : [];
-    const all = visible.filter((own) => !bound.includes(own)).map((own) => sign(own.at, "dot", ""));
+    const bound = laid ? [] : now.marks.filter((own) => (own.part === null || shown[own.part]) && kept_by_section(own.at));
+    const all = visible.filter((own) => bound.every((mark) => mark.at !== own.at)).map((own) => sign(own.at, "dot", ""));
     const furthest = reads.slice().sort((a, b) => Math.abs(b.residual) - Math.abs(a.residual));
     all.push(...reads.map((own) => {
       const dot = sign(own.at, own.inBand ? "dot read" : "dot read off", "");
@@ -297,7 +314,7 @@ function machinePicture(m, s, page) {
       if (label && named.every((other) => isApart(label, other))) named.push(label);
     }
     all.push(...named);
-    all.push(...bound.map((own) => sign(own.at, "bound", `${now.binding.name}`)));
+    all.push(...bound.map((own) => sign(own.at, "bound", own.name)));
     let hottest = null;
     m.parts.forEach((part, k) => {
       if (!shown[k]) return;
@@ -337,7 +354,8 @@ function machinePicture(m, s, page) {
     });
     byId("parts-unit").textContent = unitShown();
   }
-  function redraw() { fillValues(); legend(); listParts(); paint(); }
+  function recolour() { fillValues(); legend(); listParts(); paint(); }
+  function redraw() { is_ranged = false; recolour(); }
 
   /* Turned with the pointer or the arrow keys, moved with the right button or Shift, nearer with the wheel or + and -. */
   const held = new Map();
@@ -379,8 +397,11 @@ function machinePicture(m, s, page) {
     [eye.yaw, eye.pitch] = VIEWS[view];
     [eye.zoom, eye.right, eye.up] = [1, 0, 0];
     const rows = projection();
-    const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((k) => placed(rows, box.map((ends, d) => ends[(k >> d) & 1])));
-    const [right, up] = [0, 1].map((d) => [Math.min(...corners.map((own) => own[d])), Math.max(...corners.map((own) => own[d]))]);
+    const seen = [[Infinity, -Infinity], [Infinity, -Infinity]];
+    for (let i = 0; i < scene.count; i += 1) {
+      placed(rows, positions.subarray(3 * i, 3 * i + 3)).slice(0, 2).forEach((value, d) => { seen[d] = [Math.min(seen[d][0], value), Math.max(seen[d][1], value)]; });
+    }
+    const [right, up] = seen;
     const half = Math.max(0.5 * (right[1] - right[0]), 0.5 * (up[1] - up[0]), 1e-9);
     eye.zoom = 0.9 / half;
     [eye.right, eye.up] = [right, up].map(([low, high]) => -0.5 * (low + high) * eye.zoom);
@@ -398,7 +419,7 @@ function machinePicture(m, s, page) {
     const from = center.map((c, d) => c + a * right[d] + b * up[d] + 4 * radius * toward[d]);
     const found = now && scene.met(from, toward.map((t) => -t), shown, plane, values);
     byId("asked").textContent = found
-      ? `${spoken(m.parts[found.which].name)}: ${page.fixed(degrees(found.value), 2)} ${unitShown()}${page.isMoved() ? "" : `, ± ${units.span("degC", now.band).toFixed(2)} ${units.spanName("degC")} (95 %)`}`
+      ? `${spoken(m.parts[found.which].name)}: ${page.fixed(degrees(found.value), 2)} ${unitShown()}${now.band === null ? "" : `, ± ${units.span("degC", now.band).toFixed(2)} ${units.spanName("degC")} (95 %)`}`
       : "Point at the machine for a temperature.";
   }
   canvas.addEventListener("pointerleave", () => { if (held.size === 0) byId("asked").textContent = "Point at the machine for a temperature."; });
@@ -421,45 +442,23 @@ function machinePicture(m, s, page) {
   new ResizeObserver(paint).observe(canvas);
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", paint);
 
-  const about = `Temperatures between the points are drawn from ${m.field.conditions} solved conditions. A condition predicted from the others is `
-    + `off by ${m.field.error.toPrecision(2)} K (root mean square of the surface), by ${m.field.largest_error.toPrecision(2)} K at most. ${m.notes.join(" ")}`;
   byId("asked").textContent = "Point at the machine for a temperature.";
   look("corner");
-  for (const id of ["quantity", "cut", "depth", "clear", "fixed"]) page.link.control(id);
-  page.link.add({
-    write: (words) => m.parts.forEach((part, k) => { if (!shown[k]) words.append("hidden", part.name); }),
-    read: (words) => {
-      m.parts.forEach((part, k) => { shown[k] = !words.getAll("hidden").includes(part.name); rowsOfParts[k].check.checked = shown[k]; });
-      is_fixed = byId("fixed").checked;
-      cut();
-    },
-  });
-  page.link.add({
-    isView: true,
-    write: (words) => words.set("view", [eye.yaw, eye.pitch, eye.zoom, eye.right, eye.up].map((value) => Number(value.toFixed(3))).join(" ")),
-    read: (words) => {
-      const view = (words.get("view") || "").split(" ").map(Number);
-      if (view.length === 5 && view.every(Number.isFinite)) [eye.yaw, eye.pitch, eye.zoom, eye.right, eye.up] = view;
-      zoom(1);
-      turn(0, 0);
-    },
-  });
-  page.onUnits.push(() => { if (now) redraw(); });
   return {
-    selfTest: scene.selfTest,
-    /* The machine at a condition, with the standard deviation that its warmest point has. */
-    show(x, answer, binding) {
-      const widest = Math.max(0, ...s.points.map((p, k) => (p.unit === "degC" ? answer.bands[k].total : 0)));
-      now = { field: scene.field(x, answer.values), binding, band: page.HALF * Math.hypot(widest, m.field.error) };
-      byId("field").textContent = page.isMoved() ? `${about} Those conditions have the values that were held: at others the picture is a guess between the points.` : about;
-      redraw();
+    redraw,
+    /* The machine with a field: temperatures (degrees Celsius) of all vertices and stations, places that are named, the half width of
+       the band of 95 % (none where it is not known), and other fields whose colours are to be the same. */
+    show(state, others = []) {
+      is_ranged = others.length > 0 && others === beside;
+      [now, beside] = [state, others];
+      recolour();
     },
-    /* Conditions that are kept, each of which can be what a change is counted from. */
-    keep(all) {
-      kept = all.map(({ x, answer }) => scene.field(x, answer.values));
+    /* Fields, with their names, each of which can be what a change is counted from. */
+    changes(all) {
+      bases = all;
       const chosen = byId("quantity").value;
-      byId("quantity").replaceChildren(byId("quantity").options[0], ...kept.map((_, k) => make("option", `change from kept ${k + 1}`, { value: k })));
-      byId("quantity").value = kept[Number(chosen)] ? chosen : "temperature";
+      byId("quantity").replaceChildren(byId("quantity").options[0], ...bases.map((own, k) => make("option", `change from ${own.name}`, { value: k })));
+      byId("quantity").value = bases[Number(chosen)] ? chosen : "temperature";
       if (now) redraw();
     },
     /* Readings less values of a test, by the names of their points; nothing where none is laid beside. */
@@ -467,6 +466,28 @@ function machinePicture(m, s, page) {
       laid = test;
       byId("laid").textContent = laid ? "At the sensors: reading less value of the test that was chosen below." : "";
       paint();
+    },
+    /* The state of the picture in the link of a page. */
+    linkTo(link) {
+      for (const id of ["quantity", "cut", "depth", "clear", "fixed"]) link.control(id);
+      link.add({
+        write: (words) => m.parts.forEach((part, k) => { if (!shown[k]) words.append("hidden", part.name); }),
+        read: (words) => {
+          m.parts.forEach((part, k) => { shown[k] = !words.getAll("hidden").includes(part.name); rowsOfParts[k].check.checked = shown[k]; });
+          is_fixed = byId("fixed").checked;
+          cut();
+        },
+      });
+      link.add({
+        isView: true,
+        write: (words) => words.set("view", [eye.yaw, eye.pitch, eye.zoom, eye.right, eye.up].map((value) => Number(value.toFixed(3))).join(" ")),
+        read: (words) => {
+          const view = (words.get("view") || "").split(" ").map(Number);
+          if (view.length === 5 && view.every(Number.isFinite)) [eye.yaw, eye.pitch, eye.zoom, eye.right, eye.up] = view;
+          zoom(1);
+          turn(0, 0);
+        },
+      });
     },
   };
 }

@@ -1,22 +1,3 @@
-/* Shapes of pictures in the page. */
-const drawing = (space) => ({
-  shape: (tag, attributes, text) => {
-    const one = document.createElementNS(space, tag);
-    Object.entries(attributes).forEach(([key, value]) => one.setAttribute(key, value));
-    if (text !== undefined) one.textContent = text;
-    return one;
-  },
-  /* Round numbers across a range. */
-  ticks: (low, high) => {
-    const raw = (high - low) / 6;
-    const power = 10 ** Math.floor(Math.log10(raw));
-    const step = power * [1, 2, 5, 10].find((round) => round * power >= raw * 0.999);
-    const list = [];
-    for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k += 1) list.push(k * step);
-    return { list, digits: Math.max(0, -Math.floor(Math.log10(step) + 1e-9)) };
-  },
-});
-
 /* One point over every variable, the others as set, with its band and its limits: `page` has the elements, the condition that is
    set and how it is set. Comes to a job for between the frames. */
 function predictions(s, answers, page) {

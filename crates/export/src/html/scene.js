@@ -6,29 +6,14 @@ function unpacked(text, Kind) {
   return new Kind(bytes.buffer);
 }
 
-/* Shape of the machine and the field of its temperatures; `m` is what the file carries of both. */
-function coldplateScene(m, s) {
+/* Shape of the machine; `m` is what the file carries of it. */
+function coldplateScene(m) {
   const raw = unpacked(m.positions, Uint16Array);
   const positions = Float32Array.from(raw, (value, k) => m.origin[k % 3] + m.step * value);
   const normals = Float32Array.from(unpacked(m.normals, Int8Array), (value) => value / 127);
   const triangles = unpacked(m.triangles, Uint32Array);
   const edges = unpacked(m.edges, Uint32Array);
   const count = positions.length / 3;
-  const center = unpacked(m.field.center, Float32Array);
-  const modes = m.field.modes.map((mode) => unpacked(mode, Int16Array));
-  const variables = m.field.variables.map((name) => s.variables.findIndex((v) => v.name === name));
-  const points = m.field.points.map((name) => s.points.findIndex((p) => p.name === name));
-
-  /* Temperatures (degrees Celsius) of all vertices, then of the stations of the channels, where the points have these values. */
-  function field(x, values) {
-    const known = [1, ...variables.map((v) => x[v]), ...points.map((p) => values[p])];
-    const all = Float32Array.from(center);
-    modes.forEach((mode, k) => {
-      const amplitude = m.field.scales[k] * m.field.coefficients[k].reduce((sum, c, f) => sum + c * known[f], 0);
-      for (let i = 0; i < all.length; i += 1) all[i] += amplitude * mode[i];
-    });
-    return all;
-  }
 
   /* What a ray meets first of the parts that are shown, on the side of the section that is kept: part, place and temperature. */
   function met(from, along, is_shown, plane, temperatures) {
@@ -102,18 +87,43 @@ function coldplateScene(m, s) {
     return { part: channel.part, places, normals, stations, faces };
   });
 
-  /* Whether this browser finds the temperatures that the file says it should. */
-  function selfTest(evaluate) {
-    return m.field.self_tests.every((test) => {
-      const found = field(test.condition, evaluate(test.condition));
-      return test.vertices.every((vertex, k) => Math.abs(found[vertex] - test.values[k]) < 1e-3);
-    });
-  }
-
   const box = [0, 1, 2].map((d) => {
     let [low, high] = [Infinity, -Infinity];
     for (let i = d; i < positions.length; i += 3) { low = Math.min(low, positions[i]); high = Math.max(high, positions[i]); }
     return [low, high];
   });
-  return { positions, normals, triangles, edges, count, box, field, met, pipes, selfTest, dot, cross, minus };
+  return { positions, normals, triangles, edges, count, box, met, pipes, dot, cross, minus };
+}
+
+/* Temperatures of the machine from those of the points of a surrogate `s`; `m` is what the file carries of both. */
+function coldplateField(m, s) {
+  const center = unpacked(m.field.center, Float32Array);
+  const modes = m.field.modes.map((mode) => unpacked(mode, Int16Array));
+  const variables = m.field.variables.map((name) => s.variables.findIndex((v) => v.name === name));
+  const points = m.field.points.map((name) => s.points.findIndex((p) => p.name === name));
+
+  const { moving } = m.field;
+  const dotted = (own, known) => own.reduce((sum, c, f) => sum + c * known[f], 0);
+  /* Temperatures (degrees Celsius) of all vertices, then of the stations of the channels, where the points have these steady values;
+     over time, `away` is how far the states are from the steady ones. */
+  function field(x, values, away = []) {
+    const known = [1, ...variables.map((v) => x[v]), ...points.map((p) => values[p])];
+    const all = Float32Array.from(center);
+    modes.forEach((mode, k) => {
+      const beyond = away.length > 0 ? dotted(moving.coefficients[k], away) : 0;
+      const amplitude = m.field.scales[k] * (dotted(m.field.coefficients[k], known) + beyond);
+      for (let i = 0; i < all.length; i += 1) all[i] += amplitude * mode[i];
+    });
+    return all;
+  }
+
+  /* Whether this browser finds the temperatures that the file says it should. */
+  function selfTest(evaluate) {
+    return m.field.self_tests.every((test) => {
+      const found = field(test.condition, evaluate(test.condition), test.away);
+      return test.vertices.every((vertex, k) => Math.abs(found[vertex] - test.values[k]) < 1e-3);
+    });
+  }
+
+  return { field, selfTest };
 }

@@ -37,9 +37,14 @@ const ACTS: &str = r##"
     const answers = coldplate(s);
     const motion = coldplateInTime(s, answers);
     const x = s.variables.map((v) => 0.5 * (v.low + v.high));
-    const run = follow(s, motion, answers, x, motion.here(x), motion.atTemperature(x[3]), 7200, 200);
+    const run = follow(s, motion, answers, [{ from: x, to: x, until: 7200 }], motion.atTemperature(x[3]), 200);
     let one = run.next();
     while (!one.done) one = run.next();
+    const cold = x.map((value, i) => (s.variables[i].name === "motor_speed" ? s.variables[i].low : value));
+    const staged = follow(s, motion, answers, [{ from: cold, to: x, until: 1800 }, { from: x, to: x, until: 5400 }, { from: cold, to: cold, until: 7200 }], motion.atRest(cold), 200);
+    let own = staged.next();
+    while (!own.done) own = staged.next();
+    tell("staged", own.value.samples.flatMap((sample) => sample.values).join(" "));
     tell("numbers", [one.value.broken[0], one.value.settled ?? -1, ...one.value.samples.flatMap((sample) => sample.values)].join(" "));
     await change(() => byId("begin-here").click());
     tell("rest", byId("when").textContent);
@@ -48,6 +53,8 @@ const ACTS: &str = r##"
     tell("warmer", cells());
     await change(() => { byId("duration").value = "0"; byId("duration").dispatchEvent(new Event("input")); });
     tell("short", byId("lasts").textContent);
+    await change(() => { byId("duration").value = "200"; byId("ramped").value = "30"; byId("stopped").value = "45"; byId("stopped").dispatchEvent(new Event("change")); });
+    tell("stages", byId("stages").textContent);
     const nameless = [...document.querySelectorAll("#course input, #course select, #course button")].filter((own) => !(own.labels && own.labels.length) && !own.ariaLabel && !own.textContent.trim());
     tell("nameless", nameless.length);
     tell("failed", byId("failed").hidden);
@@ -104,6 +111,22 @@ fn numbers(surrogate: &Surrogate<'_>, x: &[f64], mut state: State, duration: f64
     found
 }
 
+/// All values along a ramp of half an hour, an hour at the condition and half an hour at the one that the ramp begins at: a step holds
+/// the condition of its middle.
+fn staged(surrogate: &Surrogate<'_>, cold: &[f64], x: &[f64]) -> Vec<f64> {
+    let mut state = surrogate.at_rest(cold).expect("the file moves");
+    let mut found = values(surrogate, &state, cold);
+    let between = |share: f64| cold.iter().zip(x).map(|(from, to)| from + (to - from) * share).collect::<Vec<f64>>();
+    for (steps, at) in [(50, None), (100, Some(x)), (50, Some(cold))] {
+        for k in 1..=steps {
+            let share = |own: f64| at.map_or_else(|| between(own / f64::from(steps)), <[f64]>::to_vec);
+            surrogate.step(&mut state, 36.0, &share(f64::from(k) - 0.5)).expect("the numbers are finite");
+            found.extend(values(surrogate, &state, &share(f64::from(k))));
+        }
+    }
+    found
+}
+
 #[test]
 fn a_page_follows_the_machine_over_time() {
     let folder = folder("over-time");
@@ -116,6 +139,10 @@ fn a_page_follows_the_machine_over_time() {
     let x: Vec<f64> = surrogate.variables().map(|v| 0.5 * (v.low + v.high)).collect();
     let expected = numbers(&surrogate, &x, surrogate.at_temperature(x[3]).expect("it is a number"), 7200.0);
     assert!(expected[0] > 0.0 && expected[0] < 7200.0, "the run breaks the limit: {}", expected[0]);
+    let speed = surrogate.variables().position(|v| v.name == "motor_speed").expect("there is one");
+    let mut cold = x.clone();
+    cold[speed] = surrogate.variable(speed).expect("it is there").low;
+    let expected_stages = staged(&surrogate, &cold, &x);
     for (program, arguments) in browsers(&folder) {
         let listener = TcpListener::bind("127.0.0.1:0").expect("a port is free");
         let address = listener.local_addr().expect("it has one").to_string();
@@ -129,7 +156,15 @@ fn a_page_follows_the_machine_over_time() {
         let of = |key: &str| told.iter().filter_map(|line| line.strip_prefix(&format!("{key}: "))).map(String::from).collect::<Vec<_>>();
         let one = |key: &str| of(key).first().cloned().unwrap_or_else(|| panic!("{program}: no {key} in {told:#?}"));
         assert_eq!(of("error"), Vec::<String>::new(), "{program}");
-        let found: Vec<f64> = one("numbers").split(' ').map(|own| own.parse().expect("a number")).collect();
+        let numbers = |key: &str| one(key).split(' ').map(|own| own.parse().expect("a number")).collect::<Vec<f64>>();
+        let (apart, place) = worst(&numbers("staged"), &expected_stages);
+        assert!(apart < 1e-9, "{program}: {apart:e} at {place}");
+        assert!(
+            one("stages").contains("condition of the beginning") && one("stages").contains("the file knows nothing"),
+            "{program}: {}",
+            one("stages")
+        );
+        let found = numbers("numbers");
         let (apart, place) = worst(&found, &expected);
         println!("{program}: {apart:.1e} at number {place}, broken after {:.3} s", found[0]);
         assert!(apart < 1e-9, "{program}: {apart:e} at {place}");

@@ -247,11 +247,25 @@ pub fn fixed(value: f64, decimals: usize) -> String {
 const SEQUENCE: [Rgb; 7] =
     [Rgb(13, 8, 135), Rgb(92, 1, 166), Rgb(156, 23, 158), Rgb(204, 71, 120), Rgb(237, 121, 83), Rgb(253, 180, 47), Rgb(240, 249, 33)];
 
+/// Colours of rising values on bodies, those of the page of a surrogate too: like the above from dark to light, but from a blue on which
+/// shade and edges are still seen.
+const ON_BODIES: [Rgb; 7] =
+    [Rgb(66, 62, 172), Rgb(122, 58, 184), Rgb(172, 58, 166), Rgb(214, 84, 128), Rgb(242, 131, 84), Rgb(253, 185, 58), Rgb(242, 245, 82)];
+
 /// The colour of a value at share `t` of its range, 0 to 1.
 pub fn sequential(t: f64) -> Rgb {
-    let t = if t.is_finite() { t.clamp(0.0, 1.0) } else { 0.0 } * (SEQUENCE.len() - 1) as f64;
-    let i = (t as usize).min(SEQUENCE.len() - 2);
-    let (a, b, share) = (SEQUENCE[i], SEQUENCE[i + 1], t - i as f64);
+    between(&SEQUENCE, t)
+}
+
+/// The colour of a value on a body at share `t` of its range, 0 to 1.
+pub fn on_bodies(t: f64) -> Rgb {
+    between(&ON_BODIES, t)
+}
+
+fn between(colours: &[Rgb; 7], t: f64) -> Rgb {
+    let t = if t.is_finite() { t.clamp(0.0, 1.0) } else { 0.0 } * (colours.len() - 1) as f64;
+    let i = (t as usize).min(colours.len() - 2);
+    let (a, b, share) = (colours[i], colours[i + 1], t - i as f64);
     let mix = |a: u8, b: u8| (f64::from(a) + share * (f64::from(b) - f64::from(a))).round() as u8;
     Rgb(mix(a.0, b.0), mix(a.1, b.1), mix(a.2, b.2))
 }

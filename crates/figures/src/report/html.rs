@@ -12,8 +12,10 @@ const STYLE: &str = include_str!("style.css");
 pub fn page(report: &Report) -> String {
     let mut out = String::new();
     let title = text(&report.title);
-    // Forbid scripts and requests, even if a text were not escaped.
-    let policy = "default-src 'none'; style-src 'unsafe-inline'; img-src data:";
+    // Forbid scripts and requests, even if a text were not escaped; a frame has the policy of the whole.
+    let has_page = report.sections.iter().any(|section| holds_page(&section.blocks));
+    let scripts = if has_page { " script-src 'unsafe-inline';" } else { "" };
+    let policy = format!("default-src 'none';{scripts} style-src 'unsafe-inline'; img-src data:");
     let _ = write!(
         out,
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
@@ -44,6 +46,15 @@ pub fn page(report: &Report) -> String {
     }
     out.push_str("</body>\n</html>\n");
     out
+}
+
+/// Whether there is a page in a frame.
+fn holds_page(blocks: &[Block]) -> bool {
+    blocks.iter().any(|block| match block {
+        Block::Page { .. } => true,
+        Block::Folded(_, inner) => holds_page(inner),
+        _ => false,
+    })
 }
 
 /// A text ready for the page; control characters other than line ends are dropped.
@@ -115,6 +126,9 @@ fn block(out: &mut String, block: &Block) {
             let _ = writeln!(out, "<details>\n<summary>{}</summary>", text(summary));
             pieces(out, blocks);
             out.push_str("</details>\n");
+        }
+        Block::Page { html, title } => {
+            let _ = writeln!(out, "<iframe class=\"page\" title=\"{}\" srcdoc=\"{}\"></iframe>", text(title), text(html));
         }
         Block::Code(words) => {
             let _ = writeln!(out, "<pre tabindex=\"0\"><code>{}</code></pre>", text(words));

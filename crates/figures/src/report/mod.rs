@@ -1,7 +1,7 @@
 //! The report of a run: one HTML file that stands alone, with its figures inside.
 //!
-//! No scripts, no requests to anywhere (a content security policy in the page forbids both), one small
-//! style sheet that follows the reader's light or dark setting and prints what is not folded. Every text is escaped.
+//! No requests to anywhere and no scripts, unless there is a page in a frame (a content security policy in the report forbids them),
+//! one small style sheet that follows the reader's light or dark setting and prints what is not folded. Every text is escaped.
 //!
 //! ```
 //! use coldplate_figures::report::{Align, KeyFigure, Report, ReportTable, TableCell, Tone};
@@ -80,6 +80,7 @@ enum Block {
     KeyFigures(Vec<KeyFigure>),
     Note(Tone, String),
     Code(String),
+    Page { html: String, title: String },
     Folded(String, Vec<Block>),
 }
 
@@ -121,6 +122,11 @@ impl ReportSection {
     pub fn facts<K: Into<String>, V: Into<String>>(&mut self, facts: impl IntoIterator<Item = (K, V)>) -> &mut Self {
         let facts: Vec<(String, String)> = facts.into_iter().map(|(k, v)| (k.into(), v.into())).collect();
         if facts.is_empty() { self } else { self.add(Block::Facts(facts)) }
+    }
+
+    /// A page with scripts of its own in a frame, and a title for readers who do not see it.
+    pub fn page(&mut self, html: impl Into<String>, title: impl Into<String>) -> &mut Self {
+        self.add(Block::Page { html: html.into(), title: title.into() })
     }
 
     /// A table.

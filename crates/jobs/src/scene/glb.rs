@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use coldplate_base::error::{Error, Result};
 use coldplate_describe::machine::Condition;
-use coldplate_figures::chart::style::sequential;
+use coldplate_figures::chart::style::on_bodies;
 use coldplate_solve::meshed::{MeshedMachine, SteadyState};
 
 use super::surface::{Surface, cross, dot, minus, shares, unit};
@@ -227,7 +227,7 @@ impl Contents {
     fn coloured(&mut self, body: &Body, share: impl Fn(f64) -> f64) -> usize {
         // Colours of vertices are shares of light; eight bits of these would show steps where it is dark.
         let colour = |t: &f64| {
-            let [red, green, blue] = sequential(share(*t)).linear();
+            let [red, green, blue] = on_bodies(share(*t)).linear();
             [red, green, blue, 1.0].map(|light| (light * f64::from(u16::MAX)).round() as u16)
         };
         let colours = body.temperatures.iter().flat_map(colour).flat_map(u16::to_le_bytes).collect();

@@ -2,41 +2,40 @@
 //!
 //! A surrogate knows the points and nothing between them. Between them the field is nearly linear in the temperatures of the points
 //! and in the variables: heat is conducted, and films and radiation change with the condition alone. So the machine is solved at
-//! some dozen conditions; the temperatures of its surface are written in few modes (proper orthogonal decomposition), and the
-//! amplitude of each mode is fitted to what the surrogate says of the points, by ridge regression. Every condition is predicted from
-//! all others, and the error of these predictions is stated.
+//! some dozen conditions, or a reduced model gives its field at some hundred. The temperatures of its surface are written in few
+//! modes (proper orthogonal decomposition), and the amplitude of each mode is fitted to what the surrogate says of the points, by
+//! ridge regression. Every condition is predicted from all others, and the error of these predictions is stated. With a reduced
+//! model that follows time, the amplitudes over time are fitted in the same way to the states of the surrogate.
 
+mod field;
 mod glb;
+mod snapshots;
+mod states;
 mod surface;
+
+use std::path::Path;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
 use coldplate_base::error::{Error, Result};
 use coldplate_base::progress::Progress;
-use coldplate_describe::machine::Condition;
-use coldplate_explore::sweep::design;
+use coldplate_describe::machine::{Condition, Machine};
+use coldplate_explore::sweep::MACHINE_HASH;
+use coldplate_reduce::ReducedModel;
 use coldplate_runtime::Surrogate;
 use coldplate_solve::meshed::MeshedMachine;
 
 pub use glb::Glb;
+pub use states::States;
 
 use crate::charts::machine::place_of;
+use crate::open;
+use crate::reduced::meshed;
+use field::{SceneField, field};
+use snapshots::Snapshots;
 use surface::{Surface, shares, unit};
-
-/// Conditions at which the machine is solved, a count. Chosen: twice the points of a large machine.
-const CONDITIONS: usize = 48;
-/// Modes of the field at most, a count. Chosen: beyond it lie the solver's own errors.
-const MOST_MODES: usize = 12;
-/// Error that the modes may leave, K, root mean square over the surface. Chosen: a fiftieth of what thermometers resolve.
-const LEFT_BY_MODES: f64 = 0.002;
-/// Penalties of the regression that are tried, on features of unit variance. Chosen: from rounding to one that forgets the features; which
-/// one counts is decided by conditions that are left out.
-const PENALTIES: [f64; 9] = [1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1];
-/// Vertices of a self-test, a count.
-const TESTED: usize = 7;
 
 /// The machine in three dimensions, as a page reads it. Packed numbers are little-endian, in base64.
 #[derive(Debug, Serialize)]
@@ -105,62 +104,81 @@ struct SceneSensor {
     at: [f64; 3],
 }
 
-#[derive(Debug, Serialize)]
-struct SceneField {
-    /// Features that the amplitudes are linear in: a constant, these variables, then these points, all in the surrogate's units.
-    variables: Vec<String>,
-    points: Vec<String>,
-    /// Mean temperature of each vertex, then of each station, degC, packed `f32`.
-    center: String,
-    /// Modes at all of these, packed `i16`; the unit of each, K; and the coefficients of its amplitude.
-    modes: Vec<String>,
-    scales: Vec<f64>,
-    coefficients: Vec<Vec<f64>>,
-    /// Error of conditions that were predicted from all others, K: root mean square, and largest.
-    error: f64,
-    largest_error: f64,
-    /// Conditions that were solved.
-    conditions: usize,
-    self_tests: Vec<FieldTest>,
-}
-
-/// Temperatures that a page must find at a condition.
-#[derive(Debug, Serialize)]
-struct FieldTest {
-    condition: Vec<f64>,
-    vertices: Vec<usize>,
-    values: Vec<f64>,
+/// Files that the scene of a surrogate is made of.
+#[derive(Debug, Clone, Copy)]
+pub struct SceneFiles<'a> {
+    /// Machine file.
+    pub machine: &'a Path,
+    /// Changed values of the machine file, by their keys.
+    pub sets: &'a [(String, String)],
+    /// Reduced model of the machine with its field, which takes the place of full solutions.
+    pub reduced: Option<&'a Path>,
+    /// About how many cells; none for those of the machine file.
+    pub cells: Option<usize>,
 }
 
 /// The machine of a surrogate as a scene.
 ///
 /// # Errors
-/// The machine lacks a variable of the surrogate or has no part; a condition cannot be solved.
-pub fn scene(model: &MeshedMachine, surrogate: &Surrogate<'_>, progress: &dyn Progress) -> Result<Scene> {
-    let surface = Surface::of(model)?;
-    let channels = channels(model, surface.vertices.len());
-    let conditions = conditions(surrogate);
-    let asked: Vec<Condition> = conditions.iter().map(|x| condition_of(model, surrogate, x)).collect::<Result<_>>()?;
-    let solver = model.solver(&asked[0])?;
-    let mut snapshots = Vec::with_capacity(asked.len());
-    for (done, condition) in asked.iter().enumerate() {
-        progress.count(done, asked.len(), "conditions");
-        let temperatures = model.solve(&solver, condition)?.solution.temperatures;
-        snapshots.push(surface.temperatures(model, &temperatures));
+/// A file cannot be read; the machine lacks a variable of the surrogate or has no part; a condition cannot be solved; the reduced
+/// model has no field, or is of another machine or of other ranges.
+pub fn scene(files: &SceneFiles<'_>, surrogate: &Surrogate<'_>, progress: &dyn Progress) -> Result<Scene> {
+    let machine = open(files.machine)?.machine(files.sets)?;
+    let is_own = surrogate.provenance().all(|(key, hash)| key != MACHINE_HASH || hash == machine.hash);
+    let mut scene = match files.reduced {
+        None => of_machine(&MeshedMachine::new(machine, files.cells)?, surrogate, None, progress),
+        Some(path) => {
+            let reduced = open(path)?.reduced_model()?;
+            check(&reduced, &machine, files.cells).map_err(|e| e.in_file(path))?;
+            of_machine(&meshed(&reduced).map_err(|e| e.in_file(path))?, surrogate, Some(&reduced), progress)
+        }
     }
-    progress.count(conditions.len(), conditions.len(), "conditions");
-    let field = field(surrogate, &conditions, &snapshots)?;
-    let machine = &model.machine;
-    let sensor = |s: usize| place_of(model, machine, s).map(|(part, at)| SceneSensor { name: machine.sensors[s].name.clone(), part, at });
-    let sensors = (0..machine.sensors.len()).filter_map(sensor).collect();
-    Ok(Scene { shape: surface.packed(model), channels, sensors, field, notes: Vec::new() })
+    .map_err(|e| e.in_file(files.machine))?;
+    if !is_own {
+        scene.notes.push("The machine file is not the one that the surrogate was made of; names and limits may differ, or more.".into());
+    }
+    Ok(scene)
 }
 
-/// Conditions over the ranges of a surrogate, in its units.
-fn conditions(surrogate: &Surrogate<'_>) -> Vec<Vec<f64>> {
-    let variables: Vec<_> = surrogate.variables().collect();
-    let at = |unit: Vec<f64>| unit.iter().zip(&variables).map(|(u, v)| v.low + u * (v.high - v.low)).collect();
-    design::latin_hypercube(CONDITIONS, variables.len(), 1).into_iter().map(at).collect()
+/// Refuses a reduced model of another machine, and a mesh beside its own.
+fn check(reduced: &ReducedModel, machine: &Machine, cells: Option<usize>) -> Result<()> {
+    if cells.is_some() {
+        let error = Error::input("the field of a reduced model is on the mesh that it was made on").at_key("--cells");
+        return Err(error.help("leave it out, or make the model with `coldplate reduce --field --cells N`"));
+    }
+    if reduced.machine.hash != machine.hash {
+        let error = Error::input("this reduced model was made of another machine file, or of other values in it").at_key("--field");
+        return Err(error.help("make it anew: `coldplate reduce MACHINE --field`, with the same --set"));
+    }
+    Ok(())
+}
+
+fn of_machine(model: &MeshedMachine, surrogate: &Surrogate<'_>, reduced: Option<&ReducedModel>, progress: &dyn Progress) -> Result<Scene> {
+    let surface = Surface::of(model)?;
+    let channels = channels(model, surface.vertices.len());
+    let snapshots = match reduced {
+        Some(reduced) => Snapshots::reduced(reduced, model, &surface, surrogate, progress)?,
+        None => Snapshots::solved(model, &surface, surrogate, progress)?,
+    };
+    let field = field(surrogate, &snapshots)?;
+    Ok(Scene {
+        shape: surface.packed(model),
+        channels,
+        sensors: sensors(model),
+        field,
+        notes: still(surrogate, reduced).into_iter().collect(),
+    })
+}
+
+/// Remark on a surrogate that knows the machine over time, beside a picture that does not.
+fn still(surrogate: &Surrogate<'_>, reduced: Option<&ReducedModel>) -> Option<String> {
+    surrogate.in_time()?;
+    let why = match reduced {
+        None => "it was exported without a reduced model (--field)",
+        Some(own) if own.in_time.is_none() => "its reduced model was made without histories (coldplate reduce --field --histories)",
+        Some(_) => return None,
+    };
+    Some(format!("Over time the picture stays that of the steady state: {why}."))
 }
 
 /// A condition of the surrogate as one of the machine.
@@ -204,6 +222,13 @@ impl Surface {
     }
 }
 
+/// Sensors that have a place.
+fn sensors(model: &MeshedMachine) -> Vec<SceneSensor> {
+    let machine = &model.machine;
+    let sensor = |s: usize| place_of(model, machine, s).map(|(part, at)| SceneSensor { name: machine.sensors[s].name.clone(), part, at });
+    (0..machine.sensors.len()).filter_map(sensor).collect()
+}
+
 /// Channels, whose stations follow the vertices in the field.
 fn channels(model: &MeshedMachine, vertices: usize) -> Vec<SceneChannel> {
     let mut first = vertices;
@@ -216,115 +241,6 @@ fn channels(model: &MeshedMachine, vertices: usize) -> Vec<SceneChannel> {
         first += count;
     }
     found
-}
-
-/// The field of a surface over the features of a surrogate.
-fn field(surrogate: &Surrogate<'_>, conditions: &[Vec<f64>], snapshots: &[Vec<f64>]) -> Result<SceneField> {
-    let places = snapshots.first().map_or(0, Vec::len);
-    let n = snapshots.len();
-    let points: Vec<usize> = (0..surrogate.point_count()).filter(|p| surrogate.point(*p).is_some_and(|own| own.unit == "degC")).collect();
-    let features_of = |x: &Vec<f64>| {
-        let mut values = vec![0.0; surrogate.point_count()];
-        surrogate.evaluate(x, &mut values).map_err(|e| Error::input(e.to_string()))?;
-        Ok(x.iter().copied().chain(points.iter().map(|p| values[*p])).collect::<Vec<f64>>())
-    };
-    let features: Vec<Vec<f64>> = conditions.iter().map(features_of).collect::<Result<_>>()?;
-    let y = DMatrix::from_fn(n, places, |i, j| snapshots[i][j]);
-    let center = y.row_mean();
-    let rise = DMatrix::from_fn(n, places, |i, j| y[(i, j)] - center[j]);
-    let (amplitudes, modes) = modes(&rise);
-    let fit = Regression::new(&features, &amplitudes);
-    let left = &rise - &amplitudes * &modes + &fit.left_out * &modes;
-    let (mut units, mut packed_modes) = (Vec::new(), Vec::new());
-    for mode in modes.row_iter() {
-        let scale = mode.iter().fold(1e-12, |most: f64, x| most.max(x.abs())) / f64::from(i16::MAX);
-        packed_modes.push(packed(mode.iter().map(|x| ((x / scale).round() as i16).to_le_bytes())));
-        units.push(scale);
-    }
-    let tests = [0, n / 2].into_iter().filter(|i| *i < n).map(|i| {
-        let found = (0..modes.nrows()).map(|k| fit.at(k, &features[i])).collect::<Vec<f64>>();
-        let vertices: Vec<usize> = (0..TESTED).map(|k| k * places / TESTED).collect();
-        let value = |v: &usize| center[*v] + found.iter().enumerate().map(|(k, a)| a * modes[(k, *v)]).sum::<f64>();
-        FieldTest { condition: conditions[i].clone(), values: vertices.iter().map(value).collect(), vertices }
-    });
-    Ok(SceneField {
-        variables: surrogate.variables().map(|v| v.name.to_string()).collect(),
-        points: points.iter().filter_map(|p| surrogate.point(*p)).map(|p| p.name.to_string()).collect(),
-        center: packed(center.iter().map(|x| (*x as f32).to_le_bytes())),
-        modes: packed_modes,
-        scales: units,
-        self_tests: tests.collect(),
-        coefficients: fit.coefficients,
-        error: (left.norm_squared() / (n * places).max(1) as f64).sqrt(),
-        largest_error: left.amax(),
-        conditions: n,
-    })
-}
-
-/// Amplitudes (conditions by modes) and modes (by places) that leave little of a rise: the singular vectors of largest value.
-fn modes(rise: &DMatrix<f64>) -> (DMatrix<f64>, DMatrix<f64>) {
-    let eigen = (rise * rise.transpose()).symmetric_eigen();
-    let mut order: Vec<usize> = (0..rise.nrows()).collect();
-    order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
-    let may_be_left = LEFT_BY_MODES.powi(2) * (rise.nrows() * rise.ncols()) as f64;
-    let left_after = |count: usize| order[count..].iter().map(|k| eigen.eigenvalues[*k].max(0.0)).sum::<f64>();
-    let count = (1..MOST_MODES.min(order.len())).find(|count| left_after(*count) <= may_be_left).unwrap_or(MOST_MODES.min(order.len()));
-    let value = |k: usize| eigen.eigenvalues[order[k]].max(1e-24).sqrt();
-    let amplitudes = DMatrix::from_fn(rise.nrows(), count, |i, k| eigen.eigenvectors[(i, order[k])] * value(k));
-    let lengths = DVector::from_fn(count, |k, _| value(k).powi(-2));
-    let modes = DMatrix::from_diagonal(&lengths) * amplitudes.transpose() * rise;
-    (amplitudes, modes)
-}
-
-/// Ridge regression of amplitudes on features.
-struct Regression {
-    /// Coefficients of each amplitude: a constant, then one for each feature.
-    coefficients: Vec<Vec<f64>>,
-    /// Amplitudes of each condition less what all other conditions say of them.
-    left_out: DMatrix<f64>,
-}
-
-impl Regression {
-    /// The regression with the penalty that predicts conditions best that are left out.
-    fn new(features: &[Vec<f64>], amplitudes: &DMatrix<f64>) -> Self {
-        let (n, m) = (features.len(), features.first().map_or(0, Vec::len));
-        let raw = DMatrix::from_fn(n, m, |i, j| features[i][j]);
-        let means = raw.row_mean();
-        let spread = |j: usize| (raw.column(j).iter().map(|x| (x - means[j]).powi(2)).sum::<f64>() / n as f64).sqrt().max(1e-12);
-        let spreads: Vec<f64> = (0..m).map(spread).collect();
-        let standard = DMatrix::from_fn(n, m, |i, j| (raw[(i, j)] - means[j]) / spreads[j]);
-        let level = amplitudes.row_mean();
-        let target = DMatrix::from_fn(n, amplitudes.ncols(), |i, k| amplitudes[(i, k)] - level[k]);
-        let svd = standard.svd(true, true);
-        let (Some(u), Some(v_t)) = (&svd.u, &svd.v_t) else {
-            return Self { coefficients: level.iter().map(|a| vec![*a]).collect(), left_out: target };
-        };
-        let projected = u.transpose() * &target;
-        let with = |penalty: f64| {
-            let shrink = svd.singular_values.map(|s| s * s / (s * s + penalty * n as f64));
-            let leverage =
-                DVector::from_fn(n, |i, _| 1.0 / n as f64 + (0..shrink.len()).map(|k| u[(i, k)].powi(2) * shrink[k]).sum::<f64>());
-            let left = &target - u * DMatrix::from_diagonal(&shrink) * &projected;
-            let left_out = DMatrix::from_fn(n, target.ncols(), |i, k| left[(i, k)] / (1.0 - leverage[i]).max(1e-6));
-            (left_out.norm_squared(), penalty, left_out)
-        };
-        let best = PENALTIES.into_iter().map(with).min_by(|a, b| a.0.total_cmp(&b.0));
-        let (_, penalty, left_out) = best.unwrap_or_else(|| with(1.0));
-        let inverse = svd.singular_values.map(|s| s / (s * s + penalty * n as f64));
-        let slopes = v_t.transpose() * DMatrix::from_diagonal(&inverse) * projected;
-        let of = |k: usize| {
-            let own: Vec<f64> = (0..m).map(|j| slopes[(j, k)] / spreads[j]).collect();
-            let constant = level[k] - own.iter().zip(means.iter()).map(|(c, x)| c * x).sum::<f64>();
-            std::iter::once(constant).chain(own).collect()
-        };
-        Self { coefficients: (0..target.ncols()).map(of).collect(), left_out }
-    }
-
-    /// An amplitude at some features.
-    fn at(&self, amplitude: usize, features: &[f64]) -> f64 {
-        let own = &self.coefficients[amplitude];
-        own[0] + own[1..].iter().zip(features).map(|(c, x)| c * x).sum::<f64>()
-    }
 }
 
 fn packed<const N: usize>(numbers: impl Iterator<Item = [u8; N]>) -> String {

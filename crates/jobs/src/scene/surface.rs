@@ -76,6 +76,13 @@ impl Surface {
         self.bounds().iter().map(|(low, high)| high - low).fold(1e-9, f64::max)
     }
 
+    /// Middle of a part, m.
+    pub(super) fn middle(&self, part: usize) -> [f64; 3] {
+        let own = self.facets.iter().zip(&self.corners).filter(|(facet, _)| facet.part == part);
+        let places: Vec<[f64; 3]> = own.flat_map(|(_, corners)| corners.iter().map(|v| self.vertices[*v].at)).collect();
+        [0, 1, 2].map(|d| places.iter().map(|at| at[d]).sum::<f64>() / places.len().max(1) as f64)
+    }
+
     /// Temperatures of the vertices, then of the water that leaves each station, degC.
     pub(super) fn temperatures(&self, model: &MeshedMachine, kelvin: &[f64]) -> Vec<f64> {
         let degrees = |t: f64| Celsius::from(Kelvin(t)).0;

@@ -13,7 +13,7 @@ import numpy as np
 from . import _coldplate
 from ._errors import InputError
 from ._progress import Progress, callback
-from ._shown import Rows, as_html, as_text
+from ._shown import Page, Rows, as_html, as_text
 from ._surrogate import Record, Surrogate, column, rows_of
 from ._table import Table
 
@@ -159,7 +159,7 @@ class Diagnosis(Result):
         """The answer in a sentence."""
         self.machine = machine
         """The text of the extended machine file, where one can be written."""
-        self.report = report
+        self.report = Page(report)
         """The report that `coldplate diagnose --report` writes, as HTML."""
         self.svg = svg
         """The ladder of gains, where a cause was added."""

@@ -32,3 +32,10 @@ def as_html(head: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
     """A table of HTML."""
     line = lambda tag, texts: "<tr>" + "".join(f"<{tag}>{html.escape(text)}</{tag}>" for text in texts) + "</tr>"
     return f"<table>{line('th', head)}{''.join(line('td', [_cell(value) for value in row]) for row in rows)}</table>"
+
+
+class Page(str):
+    """A page of HTML. A notebook shows it in a frame."""
+
+    def _repr_html_(self) -> str:
+        return f'<iframe srcdoc="{html.escape(self)}" title="page" style="width: 100%; height: 50rem; border: 0"></iframe>'

@@ -12,7 +12,7 @@ import numpy as np
 
 from . import _coldplate
 from ._errors import InputError
-from ._shown import as_html
+from ._shown import Page, as_html
 
 # Words of the numbers that `_coldplate.Surrogate.assess` returns: 0 acceptable, 1 not acceptable, 2 uncertain. The runtime, its C
 # interface and all exports number them by severity: 0 acceptable, 1 uncertain, 2 not acceptable.
@@ -296,9 +296,19 @@ class Surrogate:
         content, record = self._native.update(os.fspath(data), noise)
         return type(self)(bytes(content)), Record.of(record)
 
-    def page(self, name: str = "surrogate") -> str:
-        """A page with sliders as HTML, which asks for nothing."""
-        return self._native.page(name)
+    def page(
+        self,
+        name: str = "surrogate",
+        machine: str | os.PathLike | None = None,
+        field: str | os.PathLike | None = None,
+    ) -> Page:
+        """A page with sliders as HTML, which asks for nothing; a notebook shows it in a frame. With its `machine` file it shows the
+        machine in three dimensions, which is solved for it at some dozen conditions; with a reduced model of the machine as `field`
+        (`machine.reduce(field=True)`), that gives the temperatures."""
+        if field is not None and machine is None:
+            raise InputError("a field is shown on a machine\n help: name its machine file too: page(machine=..., field=...)")
+        paths = [None if path is None else os.fspath(path) for path in (machine, field)]
+        return Page(self._native.page(name, *paths))
 
     def __repr__(self) -> str:
         return f"Surrogate(variables {', '.join(self.variables)}; points {', '.join(self.points)})"

@@ -129,14 +129,16 @@ fn every_text_is_escaped() {
     let mut table = ReportTable::new([(bad, Align::Left)]);
     table.row([bad.into(), "beyond the last column".into()]).row([]).caption(bad).folded(bad).total([bad.into()]);
     let section = report.section(bad);
-    section.paragraph(bad).heading(bad).list([bad]).facts([(bad, bad)]).table(table).note(Tone::Bad, bad).code(bad);
+    section.paragraph(bad).heading(bad).list([bad]).facts([(bad, bad)]).table(table).note(Tone::Bad, bad).code(bad).page(bad, bad);
     section.key_figures([KeyFigure::new(bad, bad)]).svg("<svg></svg>", bad);
     report.section("");
     report.section("");
     let html = report.to_html();
     tags(&html);
     assert!(!html.contains("<script") && !html.contains('\u{0}') && !html.contains('\u{1b}') && !html.contains("beyond"));
-    assert_eq!(html.matches("&lt;script&gt;alert(1)&lt;/script&gt; &amp; &quot;x&quot; &#39;y&#39;").count(), 21);
+    assert_eq!(html.matches("&lt;script&gt;alert(1)&lt;/script&gt; &amp; &quot;x&quot; &#39;y&#39;").count(), 23);
+    // Scripts are for the page in its frame alone.
+    assert!(html.contains("script-src") && html.matches("<iframe").count() == 1);
 }
 
 #[test]
