@@ -288,8 +288,8 @@ impl PolynomialSearch<'_> {
 
 /// Forward search by the corrected leave-one-out error. Returns the columns of the best length, in order.
 ///
-/// Of every column x are kept the square of its part orthogonal to the terms already in, and its product with the residual. A new
-/// term q lowers them by (qᵀx)² and by qᵀx times the coefficient of q: one product with each column a step.
+/// The search keeps, of every column x, the square of its part orthogonal to the terms already in, and its product with the residual.
+/// A new term q lowers them by (qᵀx)² and by qᵀx times the coefficient of q: one product with each column a step.
 pub(super) fn forward(columns: &[Vec<f64>], y: &[f64], most: usize, has_level: bool) -> Vec<usize> {
     let n = y.len();
     let sizes: Vec<f64> = columns.iter().map(|c| dot(c, c)).collect();

@@ -28,7 +28,7 @@ const TUNE_ROWS: usize = 400;
 /// Least rows that a search begins on before it goes on to more, per variable that varies. Chosen: the usual size of a first design
 /// (Loeppky, Sacks, Welch 2009).
 const COARSE_PER_VARIABLE: usize = 10;
-/// The same per term of the tail. Chosen: a tail of as many terms as rows leaves nothing to tell length scales by.
+/// Least rows that a search begins on, per term of the tail. Chosen: a tail of as many terms as rows leaves nothing to tell length scales by.
 const COARSE_PER_TERM: usize = 3;
 /// Most centres of a basis, a count; on more rows a basis has so many, spread over the rows. Chosen: they cost memory and every
 /// query, and the time of a fit grows with their square.
