@@ -1,7 +1,9 @@
 //! Dense symmetric positive definite matrices: factor, inverse and determinant in one recursion made of matrix products,
 //! which is where a processor is fastest.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DMatrixView};
+
+use super::least_squares::{axpy, dot};
 
 /// Order of a matrix below which the recursion ends in plain loops. Chosen: matrix products pay only for larger
 /// blocks.
@@ -20,18 +22,34 @@ pub(crate) struct SpdInverse {
 impl SpdInverse {
     /// M⁻¹ y.
     pub fn solve(&self, y: &DMatrix<f64>) -> DMatrix<f64> {
-        self.factor.tr_mul(&(&self.factor * y))
+        self.factor.transpose() * (&self.factor * y)
     }
 }
 
 /// Inverts `m`, of which the lower triangle is read. `None` when it is not positive definite to working precision.
 pub(crate) fn invert_spd(m: &DMatrix<f64>) -> Option<SpdInverse> {
-    let n = m.nrows();
     let mut log_determinant = 0.0;
-    let lower = inverse_factor(m.clone(), &mut log_determinant)?;
-    let mut inverse = DMatrix::zeros(n, n);
-    inverse.gemm_tr(1.0, &lower, &lower, 0.0);
-    Some(SpdInverse { inverse, factor: lower, log_determinant })
+    let factor = inverse_factor(m.clone(), &mut log_determinant)?;
+    Some(SpdInverse { inverse: gram(factor.as_view()), factor, log_determinant })
+}
+
+/// TᵀT of a lower triangle T. In blocks [A 0; B C] it is [AᵀA + BᵀB, BᵀC; CᵀB, CᵀC], a third of the work of a full product.
+fn gram(t: DMatrixView<'_, f64>) -> DMatrix<f64> {
+    let n = t.nrows();
+    if n <= LEAF {
+        return t.transpose() * t;
+    }
+    let h = n / 2;
+    let (below, last) = (t.view((h, 0), (n - h, h)), t.view((h, h), (n - h, n - h)));
+    let mut first = gram(t.view((0, 0), (h, h)));
+    first.gemm(1.0, &below.transpose(), &below, 1.0);
+    let coupling = last.transpose() * below;
+    let mut product = DMatrix::zeros(n, n);
+    product.view_mut((0, 0), (h, h)).copy_from(&first);
+    product.view_mut((h, h), (n - h, n - h)).copy_from(&gram(last));
+    product.view_mut((0, h), (h, n - h)).copy_from(&coupling.transpose());
+    product.view_mut((h, 0), (n - h, h)).copy_from(&coupling);
+    product
 }
 
 /// L⁻¹ where M = L Lᵀ. With M in blocks, L₂₁ = M₂₁ L₁₁⁻ᵀ, the rest M₂₂ - L₂₁ L₂₁ᵀ is factored in turn, and the lower left
@@ -86,98 +104,95 @@ fn leaf(mut l: DMatrix<f64>, log_determinant: &mut f64) -> Option<DMatrix<f64>> 
     Some(inverse)
 }
 
-/// Unit vectors v of Householder reflections H = I - 2 v vᵀ whose product Hₚ...H₁ turns the columns of a matrix into an
-/// upper triangle. The rows below it span the complement of the columns.
-pub(crate) struct Reflections(Vec<Vec<f64>>);
+/// Householder reflections whose product Hₚ...H₁ turns the columns of a matrix into an upper triangle. The rows below it span
+/// the complement of the columns.
+///
+/// The product is kept as H₁...Hₚ = I - V T Vᵀ (Schreiber, Van Loan 1989), so that it is applied by matrix products.
+pub(crate) struct Reflections {
+    /// V: unit vectors v of the reflections I - 2 v vᵀ, as columns.
+    vectors: DMatrix<f64>,
+    /// V T.
+    turned: DMatrix<f64>,
+    /// V Tᵀ.
+    turned_back: DMatrix<f64>,
+}
 
 impl Reflections {
     /// Reflections of the columns of a matrix; `None` if they depend on each other.
     pub fn of(columns: &[Vec<f64>]) -> Option<Self> {
-        let mut done = Self(Vec::new());
+        let n = columns.first().map_or(0, Vec::len);
+        let mut done: Vec<Vec<f64>> = Vec::new();
+        let mut t = DMatrix::zeros(columns.len(), columns.len());
         for (j, column) in columns.iter().enumerate() {
-            let size = super::least_squares::dot(column, column).sqrt();
+            let size = dot(column, column).sqrt();
             let mut v = column.clone();
-            done.apply(&mut v);
+            for other in &done {
+                let d = dot(other, &v);
+                axpy(&mut v, -2.0 * d, other);
+            }
             v.iter_mut().take(j).for_each(|x| *x = 0.0);
-            let rest = super::least_squares::dot(&v, &v).sqrt();
+            let rest = dot(&v, &v).sqrt();
             if rest.is_nan() || rest <= 1e-10 * size {
                 return None;
             }
             let pivot = v.get_mut(j)?;
             *pivot += rest.copysign(*pivot);
-            let norm = super::least_squares::dot(&v, &v).sqrt();
+            let norm = dot(&v, &v).sqrt();
             v.iter_mut().for_each(|x| *x /= norm);
-            done.0.push(v);
-        }
-        Some(done)
-    }
-
-    /// Hₚ...H₁ y.
-    pub fn apply(&self, y: &mut [f64]) {
-        for v in &self.0 {
-            let d = super::least_squares::dot(v, y);
-            super::least_squares::axpy(y, -2.0 * d, v);
-        }
-    }
-
-    /// Hₚ...H₁ Y for every column of `y`, without the first p rows.
-    pub(crate) fn reduce_columns(&self, mut y: DMatrix<f64>) -> DMatrix<f64> {
-        let n = y.nrows();
-        y.as_mut_slice().chunks_exact_mut(n).for_each(|column| self.apply(column));
-        y.rows(self.0.len(), n - self.0.len()).into_owned()
-    }
-
-    /// The way back: H₁...Hₚ [0; Z] for every column.
-    pub(crate) fn expand_columns(&self, z: &DMatrix<f64>) -> DMatrix<f64> {
-        let n = z.nrows() + self.0.len();
-        let mut y = DMatrix::zeros(n, z.ncols());
-        y.rows_mut(self.0.len(), z.nrows()).copy_from(z);
-        for column in y.as_mut_slice().chunks_exact_mut(n) {
-            for v in self.0.iter().rev() {
-                let d = super::least_squares::dot(v, column);
-                super::least_squares::axpy(column, -2.0 * d, v);
+            // (I - V T Vᵀ)(I - 2 v vᵀ) adds the column [-2 T Vᵀ v; 2] to T.
+            let along: Vec<f64> = done.iter().map(|other| dot(other, &v)).collect();
+            for i in 0..j {
+                t[(i, j)] = -2.0 * (i..j).map(|k| t[(i, k)] * along[k]).sum::<f64>();
             }
+            t[(j, j)] = 2.0;
+            done.push(v);
         }
+        let vectors = DMatrix::from_iterator(n, done.len(), done.into_iter().flatten());
+        Some(Self { turned: &vectors * &t, turned_back: &vectors * t.transpose(), vectors })
+    }
+
+    /// Hₚ...H₁ Y without the first p rows.
+    pub(crate) fn reduce_columns(&self, mut y: DMatrix<f64>) -> DMatrix<f64> {
+        let along = self.vectors.transpose() * &y;
+        y.gemm(-1.0, &self.turned_back, &along, 1.0);
+        let p = self.vectors.ncols();
+        y.rows(p, y.nrows() - p).into_owned()
+    }
+
+    /// The way back: H₁...Hₚ [0; Z].
+    pub(crate) fn expand_columns(&self, z: &DMatrix<f64>) -> DMatrix<f64> {
+        let p = self.vectors.ncols();
+        let mut y = DMatrix::zeros(z.nrows() + p, z.ncols());
+        y.rows_mut(p, z.nrows()).copy_from(z);
+        let along = self.vectors.transpose() * &y;
+        y.gemm(-1.0, &self.turned, &along, 1.0);
         y
     }
 
     /// Hₚ...H₁ K H₁...Hₚ for symmetric K, without its first p rows and columns.
     pub fn reduce(&self, mut k: DMatrix<f64>) -> DMatrix<f64> {
-        for v in &self.0 {
-            reflect(&mut k, v);
-        }
-        let p = self.0.len();
+        self.reflect(&mut k, &self.turned);
+        let p = self.vectors.ncols();
         k.view((p, p), (k.nrows() - p, k.ncols() - p)).into_owned()
     }
 
     /// The way back: H₁...Hₚ [0 0; 0 M] Hₚ...H₁.
     pub(crate) fn expand(&self, m: &DMatrix<f64>) -> DMatrix<f64> {
-        let p = self.0.len();
+        let p = self.vectors.ncols();
         let n = m.nrows() + p;
         let mut k = DMatrix::zeros(n, n);
         k.view_mut((p, p), (n - p, n - p)).copy_from(m);
-        for v in self.0.iter().rev() {
-            reflect(&mut k, v);
-        }
+        self.reflect(&mut k, &self.turned_back);
         k
     }
-}
 
-/// K := H K H = K - v wᵀ - w vᵀ with w = 2 (K v - (vᵀ K v) v).
-fn reflect(k: &mut DMatrix<f64>, v: &[f64]) {
-    let n = v.len();
-    let mut w = vec![0.0; n];
-    for (column, vj) in k.as_slice().chunks_exact(n).zip(v) {
-        if *vj != 0.0 {
-            super::least_squares::axpy(&mut w, *vj, column);
-        }
-    }
-    let a = super::least_squares::dot(&w, v);
-    w.iter_mut().zip(v).for_each(|(w, v)| *w = 2.0 * (*w - a * v));
-    for ((column, vj), wj) in k.as_mut_slice().chunks_exact_mut(n).zip(v).zip(&w) {
-        for ((x, vi), wi) in column.iter_mut().zip(v).zip(&w) {
-            *x -= vi * wj + wi * vj;
-        }
+    /// K := (I - V Aᵀ) K (I - A Vᵀ) = K - V Wᵀ - W Vᵀ with W = K A - V (Aᵀ K A) / 2.
+    fn reflect(&self, k: &mut DMatrix<f64>, a: &DMatrix<f64>) {
+        let mut w = &*k * a;
+        let inner = a.transpose() * &w;
+        w.gemm(-0.5, &self.vectors, &inner, 1.0);
+        k.gemm(-1.0, &self.vectors, &w.transpose(), 1.0);
+        k.gemm(-1.0, &w, &self.vectors.transpose(), 1.0);
     }
 }
 

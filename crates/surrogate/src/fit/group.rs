@@ -92,14 +92,21 @@ impl<'a> OutputGroup<'a> {
     /// Polynomials of every dictionary that is worth trying, the smallest first. Held out is the whole procedure, transforms and
     /// terms chosen in each fold.
     pub(super) fn polynomials(&self, scores: &Scores) -> Vec<Dictionary> {
-        let dictionary = |degree: usize| {
-            let held_out = self.by_fold(&self.y, |train, test, y| {
-                let fitted = self.of_degree(degree, train, y, &self.transform_scores(train, y));
-                fitted.iter().map(|f| test.iter().map(|x| f.value(&self.samples.variables, x)).collect()).collect()
-            });
-            Dictionary { fitted: self.of_degree(degree, &self.rows, &self.y, scores), held_out }
-        };
-        self.search.degrees(self.rows.len().min(CHOICE_ROWS)).into_iter().map(dictionary).collect()
+        let degrees = self.search.degrees(self.rows.len().min(CHOICE_ROWS));
+        let count = self.y.len();
+        // Every output once for each dictionary, so that a fold serves them all.
+        let repeated: Vec<Vec<f64>> = degrees.iter().flat_map(|_| self.y.iter().cloned()).collect();
+        let held_out = self.by_fold(&repeated, |train, test, y| {
+            let y = &y[..count];
+            let fitted = self.of_degrees(&degrees, train, y, &self.transform_scores(train, y));
+            fitted.iter().flatten().map(|f| test.iter().map(|x| f.value(&self.samples.variables, x)).collect()).collect()
+        });
+        let fitted = self.of_degrees(&degrees, &self.rows, &self.y, scores);
+        fitted
+            .into_iter()
+            .zip(held_out.chunks(count))
+            .map(|(fitted, held_out)| Dictionary { fitted, held_out: held_out.to_vec() })
+            .collect()
     }
 
     /// Scores of the combinations of transforms, on no more rows than the choice needs.
@@ -114,15 +121,16 @@ impl<'a> OutputGroup<'a> {
         (chosen.iter().map(|i| rows[*i]).collect(), y.iter().map(|y| chosen.iter().map(|i| y[*i]).collect()).collect())
     }
 
-    /// Transforms and terms are chosen on some rows if there are many; coefficients are of all.
-    fn of_degree(&self, degree: usize, rows: &[&[f64]], y: &[Vec<f64>], scores: &Scores) -> Vec<FittedPolynomial> {
+    /// Transforms and terms are chosen on some rows if there are many; coefficients are of all. `fitted[degree][output]`.
+    fn of_degrees(&self, degrees: &[usize], rows: &[&[f64]], y: &[Vec<f64>], scores: &Scores) -> Vec<Vec<FittedPolynomial>> {
         let (few, y_on_few) = self.for_choice(rows, y);
-        let one = |(k, on_few): (usize, &Vec<f64>)| {
-            let scores: Vec<(Vec<Transform>, f64)> = scores.iter().map(|(t, s)| (t.clone(), s[k])).collect();
-            let chosen = self.search.fit(&few, on_few, &scores, degree);
-            if few.len() < rows.len() { self.search.with_all(rows, &y[k], chosen) } else { chosen }
-        };
-        y_on_few.par_iter().enumerate().map(one).collect()
+        let chosen = self.search.fit(&few, &y_on_few, scores, degrees);
+        if few.len() == rows.len() {
+            return chosen;
+        }
+        let with_all =
+            |fitted: Vec<FittedPolynomial>| fitted.into_par_iter().zip(y).map(|(one, y)| self.search.with_all(rows, y, one)).collect();
+        chosen.into_iter().map(with_all).collect()
     }
 
     /// Remoteness of the held-out conditions, and of conditions all over the range; `None` if there are so many rows

@@ -5,9 +5,11 @@
 //! to the terms already in (orthogonal least squares: Chen, Billings, Luo 1989); the leave-one-out error of every length of
 //! that path comes from the hat matrix. The chosen terms are expanded into monomials at the end.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use nalgebra::DMatrix;
+use rayon::prelude::*;
 
 use super::evaluate::{monomial, scale_row, scaled};
 use super::least_squares::{Orthonormal, axpy, dot, left_out};
@@ -61,7 +63,7 @@ impl FittedPolynomial {
 
     /// The polynomial in monomials of the scaled variables, terms by total degree.
     pub(crate) fn expanded(&self) -> PolynomialSpec {
-        let mut sums: std::collections::BTreeMap<(usize, Vec<u8>), f64> = std::collections::BTreeMap::new();
+        let mut sums: BTreeMap<(usize, Vec<u8>), f64> = BTreeMap::new();
         for (term, c) in self.terms.iter().zip(&self.coefficients) {
             let mut parts = vec![(Vec::new(), *c)];
             for degree in term {
@@ -217,18 +219,43 @@ impl PolynomialSearch<'_> {
         (self.degree_within(rows / 4)..=self.max_degree).collect()
     }
 
-    /// The whole procedure for one output and one dictionary, all terms up to a total degree: transforms and terms by leave-one-out.
-    /// The choice of the dictionary is not made here, since the terms of a large one, chosen on the same rows, make leave-one-out
-    /// too small. `scores` are the results of [`PolynomialSearch::transform_scores`] for this output on these rows.
-    pub fn fit(&self, rows: &[&[f64]], y: &[f64], scores: &[(Vec<Transform>, f64)], degree: usize) -> FittedPolynomial {
-        let Some((identity, plain)) = scores.first() else { return self.constant(y) };
-        let best = scores.iter().min_by(|a, b| a.1.total_cmp(&b.1)).filter(|best| best.1 < CLEARLY * plain);
-        let transforms = best.map_or(identity, |(transforms, _)| transforms).clone();
+    /// The whole procedure for dictionaries, all terms up to each of `degrees`: transforms and terms by leave-one-out;
+    /// `fitted[degree][output]`. The choice of the dictionary is not made here, since the terms of a large one, chosen on the same
+    /// rows, make leave-one-out too small. `scores` are the results of [`PolynomialSearch::transform_scores`] on these rows.
+    ///
+    /// The columns are made once for all outputs of the same transforms, and those of a smaller dictionary are the first of them.
+    pub fn fit(
+        &self,
+        rows: &[&[f64]],
+        outputs: &[Vec<f64>],
+        scores: &[(Vec<Transform>, Vec<f64>)],
+        degrees: &[usize],
+    ) -> Vec<Vec<FittedPolynomial>> {
+        let mut by_transforms: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        for k in 0..outputs.len() {
+            let best = (0..scores.len()).min_by(|a, b| scores[*a].1[k].total_cmp(&scores[*b].1[k]));
+            let chosen = best.filter(|best| scores[*best].1[k] < CLEARLY * scores[0].1[k]).unwrap_or(0);
+            by_transforms.entry(chosen).or_default().push(k);
+        }
         let most = ((rows.len() as f64 * MOST_TERMS) as usize).max(1);
-        let terms = self.terms(degree);
-        let columns = self.columns(rows, &transforms, &terms);
-        let picked = forward(&columns, y, most, true);
-        solve(&columns, &terms, &picked, y, &transforms)
+        let terms = self.terms(degrees.iter().copied().max().unwrap_or(0));
+        let mut fitted: Vec<Vec<FittedPolynomial>> = degrees.iter().map(|_| outputs.iter().map(|y| self.constant(y)).collect()).collect();
+        for (chosen, members) in by_transforms {
+            let Some((transforms, _)) = scores.get(chosen) else { continue };
+            let columns = self.columns(rows, transforms, &terms);
+            let of_degrees = |k: &usize| -> Vec<FittedPolynomial> {
+                let of_degree = |degree: &usize| {
+                    let columns = &columns[..self.count(*degree)];
+                    solve(columns, &terms, &forward(columns, &outputs[*k], most, true), &outputs[*k], transforms)
+                };
+                degrees.iter().map(of_degree).collect()
+            };
+            let found: Vec<Vec<FittedPolynomial>> = members.par_iter().map(of_degrees).collect();
+            for (k, found) in members.into_iter().zip(found) {
+                fitted.iter_mut().zip(found).for_each(|(all, one)| all[k] = one);
+            }
+        }
+        fitted
     }
 
     /// A polynomial of the same transforms and terms with coefficients by least squares on more rows; as it is where these do not
@@ -260,37 +287,46 @@ impl PolynomialSearch<'_> {
 }
 
 /// Forward search by the corrected leave-one-out error. Returns the columns of the best length, in order.
+///
+/// The search keeps, of every column x, the square of its part orthogonal to the terms already in, and its product with the residual.
+/// A new term q lowers them by (qᵀx)² and by qᵀx times the coefficient of q: one product with each column a step.
 pub(super) fn forward(columns: &[Vec<f64>], y: &[f64], most: usize, has_level: bool) -> Vec<usize> {
     let n = y.len();
-    let mut rest: Vec<Option<Vec<f64>>> = columns.iter().map(|c| Some(c.clone())).collect();
     let sizes: Vec<f64> = columns.iter().map(|c| dot(c, c)).collect();
+    let mut left = sizes.clone();
+    let mut along: Vec<f64> = columns.iter().map(|c| dot(c, y)).collect();
+    let mut terms: Vec<Vec<f64>> = Vec::new();
     let (mut residual, mut h) = (y.to_vec(), vec![0.0; n]);
     let (mut picked, mut path): (Vec<usize>, Vec<f64>) = (Vec::new(), Vec::new());
     let floor = 1e-14 * root_mean_square(y);
     while picked.len() < most.min(columns.len()) {
-        let gain = |column: &Vec<f64>, size: f64| {
-            let left = dot(column, column);
-            // A column that nearly depends on earlier ones would bring in rounding errors.
-            if left > 1e-10 * size { dot(column, &residual).powi(2) / left } else { -1.0 }
-        };
+        // A column that nearly depends on earlier ones would bring in rounding errors.
+        let gain = |j: usize| if left[j] > 1e-10 * sizes[j] { along[j].powi(2) / left[j] } else { -1.0 };
         // The constant comes first where there is one: every model of temperatures has a level.
         let next = if has_level && picked.is_empty() {
-            Some((0, 0.0))
+            Some(0)
         } else {
-            let gains = rest.iter().enumerate().filter_map(|(j, c)| c.as_ref().map(|c| (j, gain(c, sizes[j]))));
-            gains.filter(|(_, g)| *g > 0.0).max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)))
+            let gains = (0..columns.len()).map(|j| (j, gain(j))).filter(|(_, g)| *g > 0.0);
+            gains.max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0))).map(|(j, _)| j)
         };
-        let Some(q) = next.and_then(|(j, _)| rest[j].take().map(|q| (j, q))) else { break };
-        let (j, mut q) = q;
+        let Some(j) = next else { break };
+        left[j] = 0.0;
+        let mut q = columns[j].clone();
+        for term in &terms {
+            let d = dot(term, &q);
+            axpy(&mut q, -d, term);
+        }
         let size = dot(&q, &q).sqrt();
         q.iter_mut().for_each(|x| *x /= size);
         let c = dot(&q, &residual);
         axpy(&mut residual, -c, &q);
         h.iter_mut().zip(&q).for_each(|(h, q)| *h += q * q);
-        for column in rest.iter_mut().flatten() {
-            let c = dot(&q, column);
-            axpy(column, -c, &q);
+        for ((column, left), along) in columns.iter().zip(&mut left).zip(&mut along).filter(|((_, left), _)| **left > 0.0) {
+            let g = dot(&q, column);
+            *left -= g * g;
+            *along -= g * c;
         }
+        terms.push(q);
         picked.push(j);
         let p = picked.len() as f64;
         // Terms were picked by the same rows; n / (n - p) keeps the path's score from rewarding that.

@@ -25,6 +25,11 @@ const KNOWN: f64 = 1e-3;
 const CLEARLY: f64 = 0.05;
 /// Most rows that length scales are tuned on, a count. Chosen: the time of a step grows with the third power.
 const TUNE_ROWS: usize = 400;
+/// Least rows that a search begins on before it goes on to more, per variable that varies. Chosen: the usual size of a first design
+/// (Loeppky, Sacks, Welch 2009).
+const COARSE_PER_VARIABLE: usize = 10;
+/// Least rows that a search begins on, per term of the tail. Chosen: a tail of as many terms as rows leaves nothing to tell length scales by.
+const COARSE_PER_TERM: usize = 3;
 /// Most centres of a basis, a count; on more rows a basis has so many, spread over the rows. Chosen: they cost memory and every
 /// query, and the time of a fit grows with their square.
 const MOST_CENTRES: usize = 1500;
@@ -74,14 +79,27 @@ impl OutputGroup<'_> {
         Some((Radial { shape, tuned }, solved))
     }
 
-    fn tune_on(&self, index: &[usize], shape: &RadialShape, y: &[Vec<f64>], begin: Option<&[f64]>, steps: usize) -> Option<Tuned> {
+    /// Tunes on some of the rows, from nearly right parameters or from scratch.
+    fn tune_on(&self, index: &[usize], shape: &RadialShape, y: &[Vec<f64>], begin: Option<&[f64]>) -> Option<Tuned> {
         let rows: Vec<&[f64]> = index.iter().map(|i| self.rows[*i]).collect();
         let y: Vec<Vec<f64>> = y.iter().map(|y| index.iter().map(|i| y[*i]).collect()).collect();
-        let system = self.system(&rows, shape, &y)?;
         match begin {
-            Some(begin) => retune(&system, shape.kernel, self.options.tuning, begin, steps),
-            None => tune(&system, shape.kernel, self.options.tuning, steps),
+            Some(begin) => retune(&self.system(&rows, shape, &y)?, shape.kernel, self.options.tuning, begin, STEPS),
+            None => self.tune_from_scratch(&rows, shape, &y, STEPS),
         }
+    }
+
+    /// Tunes on a quarter or half of the rows before all of them.
+    fn tune_from_scratch(&self, rows: &[&[f64]], shape: &RadialShape, y: &[Vec<f64>], steps: usize) -> Option<Tuned> {
+        let varying = self.search.active.iter().filter(|active| **active).count();
+        let least = (COARSE_PER_VARIABLE * varying).max(COARSE_PER_TERM * self.search.terms(shape.tail).len());
+        let coarse = [4, 2].into_iter().map(|share| rows.len() / share).filter(|count| *count >= least);
+        let systems = coarse.chain([rows.len()]).map(|count| {
+            let index = share(rows, count, self.options.seed);
+            let y: Vec<Vec<f64>> = y.iter().map(|y| index.iter().map(|i| y[*i]).collect()).collect();
+            self.system(&index.iter().map(|i| rows[*i]).collect::<Vec<_>>(), shape, &y)
+        });
+        tune(&systems.collect::<Option<Vec<_>>>()?, shape.kernel, self.options.tuning, steps)
     }
 
     pub(super) fn radial(&self, scores: &Scores, rival: &[f64], most_bases: usize) -> Option<RadialResult> {
@@ -89,7 +107,7 @@ impl OutputGroup<'_> {
         let candidates = |shapes: Vec<RadialShape>| -> Vec<Radial> {
             shapes
                 .into_par_iter()
-                .filter_map(|shape| self.tune_on(&rows, &shape, &self.y, None, STEPS).map(|tuned| Radial { shape, tuned }))
+                .filter_map(|shape| self.tune_on(&rows, &shape, &self.y, None).map(|tuned| Radial { shape, tuned }))
                 .collect()
         };
         // Transforms of the variables, chosen by the first kernel with a linear tail: the identity, the choice of the
@@ -146,11 +164,8 @@ impl OutputGroup<'_> {
             let fallback = || y.iter().map(|y| vec![y.iter().sum::<f64>() / y.len() as f64; test.len()]).collect();
             let tuned = shortlist.iter().filter_map(|one| {
                 let system = self.system(train, &one.shape, y)?;
-                let tuned = if train.len() <= TUNE_ROWS {
-                    tune(&system, one.shape.kernel, self.options.tuning, FOLD_STEPS)?
-                } else {
-                    one.tuned.clone()
-                };
+                let tuned =
+                    if train.len() <= TUNE_ROWS { self.tune_from_scratch(train, &one.shape, y, FOLD_STEPS)? } else { one.tuned.clone() };
                 Some((one, system, tuned))
             });
             let settled = tuned.filter_map(|(one, system, tuned)| Some((one, settle(&system, one.shape.kernel, tuned)?)));
@@ -177,7 +192,7 @@ impl OutputGroup<'_> {
             let y = std::slice::from_ref(&self.y[open.output]);
             let tuned = |shape: RadialShape| {
                 let begin = (shape == shared.shape).then_some(shared.tuned.parameters.as_slice());
-                let tuned = self.tune_on(rows, &shape, y, begin, STEPS)?;
+                let tuned = self.tune_on(rows, &shape, y, begin)?;
                 self.solve(Radial { shape, tuned }, y)
             };
             let shapes = self.shapes_of(shared, scores, open.output).into_iter().filter_map(tuned);
@@ -201,7 +216,7 @@ impl OutputGroup<'_> {
             let members: Vec<Unserved> = std::iter::once(first).chain(joined.into_iter().map(|(_, other, _)| other)).collect();
             let y: Vec<Vec<f64>> = members.iter().map(|m| self.y[m.output].clone()).collect();
             let Radial { shape, tuned } = radial;
-            let tuned = self.tune_on(rows, &shape, &y, Some(&tuned.parameters), STEPS).unwrap_or(tuned);
+            let tuned = self.tune_on(rows, &shape, &y, Some(&tuned.parameters)).unwrap_or(tuned);
             let Some((radial, solved)) = self.solve(Radial { shape, tuned }, &y) else { continue };
             let held_out = self.radial_folds(std::slice::from_ref(&radial), &y);
             let members: Vec<Option<usize>> = (members.iter().zip(&held_out))

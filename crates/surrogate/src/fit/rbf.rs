@@ -54,7 +54,7 @@ pub(super) fn sign(kernel: Kernel) -> f64 {
 /// 2 dφ/d(r²) of a kernel, times its sign, given r² and the signed value.
 fn slope(kernel: Kernel, r2: f64, value: f64) -> f64 {
     match kernel {
-        Kernel::ThinPlate if r2 > 0.0 => libm::log(r2) + 1.0,
+        Kernel::ThinPlate if r2 > 0.0 => 2.0 * value / r2 + 1.0,
         Kernel::ThinPlate => 0.0,
         Kernel::Cubic => 3.0 * r2.sqrt(),
         Kernel::Multiquadric => 1.0 / value,
@@ -131,14 +131,18 @@ impl RbfSystem {
         &self.tail
     }
 
+    /// The active variables times their inverse length scales, variable by variable.
+    fn stretched(&self, scales: &[f64]) -> Vec<Vec<f64>> {
+        self.active.iter().zip(scales).map(|(k, s)| self.rows.iter().map(|u| s * u[*k]).collect()).collect()
+    }
+
     /// Signed kernel matrix for inverse length scales `scales` of the active variables.
     fn kernel_matrix(&self, kernel: Kernel, scales: &[f64]) -> DMatrix<f64> {
-        let stretched: Vec<Vec<f64>> = self.rows.iter().map(|u| self.active.iter().zip(scales).map(|(k, s)| s * u[*k]).collect()).collect();
+        let stretched = self.stretched(scales);
         let n = self.rows.len();
         let mut k = DMatrix::zeros(n, n);
         for j in 0..n {
-            for i in j..n {
-                let r2: f64 = stretched[i].iter().zip(&stretched[j]).map(|(a, b)| (a - b) * (a - b)).sum();
+            for (i, r2) in (j..n).zip(squares_from(&stretched, j).r2) {
                 let value = sign(kernel) * radial(kernel, r2);
                 k[(i, j)] = value;
                 k[(j, i)] = value;
@@ -179,18 +183,13 @@ impl RbfSystem {
             Criterion::Likelihood => self.likelihood(&f),
         };
         let mut gradient = vec![0.0; parameters.len()];
-        let n = self.rows.len();
-        for j in 0..n {
-            for i in j + 1..n {
-                let mut squares = [0.0; 16];
-                let mut r2 = 0.0;
-                for ((a, s), square) in self.active.iter().zip(&scales).zip(&mut squares) {
-                    *square = (s * (self.rows[i][*a] - self.rows[j][*a])).powi(2);
-                    r2 += *square;
-                }
-                let g = (sensitivity[(i, j)] + sensitivity[(j, i)]) * slope(kernel, r2, k[(i, j)]);
-                gradient.iter_mut().zip(&squares).take(scales.len()).for_each(|(d, square)| *d += g * square);
-            }
+        let stretched = self.stretched(&scales);
+        for j in 0..self.rows.len() {
+            let squares = squares_from(&stretched, j);
+            let of_pair = |(i, r2): (usize, &f64)| (sensitivity[(i, j)] + sensitivity[(j, i)]) * slope(kernel, *r2, k[(i, j)]);
+            // The pair of a row with itself has no distance, so that its part is zero.
+            let g: Vec<f64> = (j..).zip(&squares.r2).map(of_pair).collect();
+            gradient.iter_mut().zip(&squares.by_variable).for_each(|(d, squares)| *d += dot(&g, squares));
         }
         if let Some(last) = gradient.last_mut() {
             *last = sensitivity.trace() * log_smoothing.exp();
@@ -198,13 +197,11 @@ impl RbfSystem {
         (value.is_finite() && gradient.iter().all(|g| g.is_finite())).then_some((value, gradient))
     }
 
-    /// Mean over outputs of ln(mean squared left-out residual): the score of kernels, tails and transforms.
+    /// [`left_out_score`] of the weights that these parameters give.
     pub(crate) fn left_out_score(&self, kernel: Kernel, scales: &[f64], smoothing: f64) -> Option<f64> {
         let f = self.factor(&self.kernel_matrix(kernel, scales), smoothing)?;
-        let n = self.rows.len();
-        let mean = |o: usize| (0..n).map(|i| (f.w[(i, o)] / f.p[(i, i)]).powi(2)).sum::<f64>() / n as f64;
-        let sum: f64 = (0..self.outputs.len()).map(|o| (mean(o) + self.floors[o]).ln()).sum();
-        Some(sum / self.outputs.len().max(1) as f64)
+        let of_output = |o: usize| f.w.column(o).iter().enumerate().map(|(i, w)| w / f.p[(i, i)]).collect();
+        Some(left_out_score(&(0..self.outputs.len()).map(of_output).collect::<Vec<_>>(), &self.outputs))
     }
 
     /// Mean of ln S over outputs, S = Σ e²/n, and the matrix G with d(mean) = tr(G dK):
@@ -284,8 +281,30 @@ impl RbfSystem {
     }
 }
 
+/// Squared distances of a row from itself and all rows after it, and the parts that the variables have in them.
+struct Squares {
+    r2: Vec<f64>,
+    by_variable: Vec<Vec<f64>>,
+}
+
+/// Squares from row `j` on; `places` are variable by variable.
+fn squares_from(places: &[Vec<f64>], j: usize) -> Squares {
+    let of_variable = |x: &Vec<f64>| x[j..].iter().map(|other| (other - x[j]) * (other - x[j])).collect();
+    let by_variable: Vec<Vec<f64>> = places.iter().map(of_variable).collect();
+    let mut r2 = vec![0.0; places.first().map_or(0, |x| x.len() - j)];
+    by_variable.iter().for_each(|squares| r2.iter_mut().zip(squares).for_each(|(sum, square)| *sum += square));
+    Squares { r2, by_variable }
+}
+
+/// Mean over outputs of ln(mean squared left-out residual): the score of kernels, tails and transforms.
+pub(super) fn left_out_score(left_out: &[Vec<f64>], outputs: &[Vec<f64>]) -> f64 {
+    let mean = |e: &[f64]| dot(e, e) / e.len().max(1) as f64;
+    let sum: f64 = left_out.iter().zip(outputs).map(|(e, y)| (mean(e) + negligible(y)).ln()).sum();
+    sum / outputs.len().max(1) as f64
+}
+
 /// Mean squared left-out residual of an output that counts as none.
-pub(super) fn negligible(y: &[f64]) -> f64 {
+fn negligible(y: &[f64]) -> f64 {
     (NEGLIGIBLE * spread(y)).powi(2).max(f64::MIN_POSITIVE)
 }
 

@@ -21,7 +21,7 @@ use rayon::prelude::*;
 use super::dense::{Reflections, inverse_factor};
 use super::evaluate::{monomial, radial};
 use super::model::Kernel;
-use super::rbf::{RbfSolution, negligible, sign};
+use super::rbf::{RbfSolution, left_out_score, sign};
 use super::tall::Tall;
 use super::tune::{MORE, MOST_RAISES, Tuned};
 
@@ -76,7 +76,7 @@ impl SparseSystem<'_> {
                     centres: centres.clone(),
                 };
                 if solution.is_well_conditioned(self.outputs) {
-                    tuned.score = self.score(&solution.left_out);
+                    tuned.score = left_out_score(&solution.left_out, self.outputs);
                     return Some((tuned, solution));
                 }
             }
@@ -109,12 +109,6 @@ impl SparseSystem<'_> {
         turn.view_mut((0, 0), own.shape()).copy_from(&own);
         turn.view_mut(own.shape(), (self.tail.len(), self.tail.len())).fill_with_identity();
         Some(turn)
-    }
-
-    fn score(&self, left_out: &[Vec<f64>]) -> f64 {
-        let mean = |e: &[f64]| e.iter().map(|e| e * e).sum::<f64>() / e.len().max(1) as f64;
-        let sum: f64 = left_out.iter().zip(self.outputs).map(|(e, y)| (mean(e) + negligible(y)).ln()).sum();
-        sum / self.outputs.len().max(1) as f64
     }
 }
 

@@ -1,7 +1,7 @@
 //! Length scales and smoothing of radial functions, by a quasi-Newton search in their logarithms.
 
 use super::model::Kernel;
-use super::rbf::{Criterion, RbfSolution, RbfSystem};
+use super::rbf::{Criterion, RbfSolution, RbfSystem, left_out_score};
 
 /// Range of inverse length scales, in scaled variables. Chosen: from hardly any influence to a tenth of the range.
 const SCALES: (f64, f64) = (0.01, 10.0);
@@ -45,21 +45,50 @@ impl Tuned {
     }
 }
 
-/// Tunes from scratch: a few steps from each starting point, then on from the best.
-pub(crate) fn tune(system: &RbfSystem, kernel: Kernel, criterion: Criterion, steps: usize) -> Option<Tuned> {
+/// A place that the search has come to.
+#[derive(Clone)]
+struct Reached {
+    value: f64,
+    parameters: Vec<f64>,
+    /// Inverse of the curvature, as far as the steps so far tell it.
+    inverse_hessian: Option<Vec<Vec<f64>>>,
+}
+
+impl Reached {
+    fn start(parameters: Vec<f64>) -> Self {
+        Self { value: f64::INFINITY, parameters, inverse_hessian: None }
+    }
+}
+
+/// Tunes from scratch on systems of more and more rows. On the first, a few steps are taken from each starting point, and the search
+/// goes on from the best. On each further one it goes on from the best of all ends so far, as that system judges them: fewer rows may
+/// take a rough function for noise.
+///
+/// The criterion is a mean over rows, so that its minimum and its curvature on some of the rows are nearly those on all, where a step
+/// costs the third power of their number.
+pub(crate) fn tune(systems: &[RbfSystem], kernel: Kernel, criterion: Criterion, steps: usize) -> Option<Tuned> {
+    let (first, last) = (systems.first()?, systems.last()?);
     let start = |(scale, smoothing): &(f64, f64)| {
-        let mut p = vec![scale.ln(); system.active().len()];
+        let mut p = vec![scale.ln(); first.active().len()];
         p.push(smoothing.ln());
-        search(system, kernel, &p, criterion, FIRST_STEPS.min(steps))
+        search(first, kernel, Reached::start(p), criterion, FIRST_STEPS.min(steps))
     };
-    let (_, begin) = STARTS.iter().filter_map(start).min_by(|a, b| a.0.total_cmp(&b.0))?;
-    retune(system, kernel, criterion, &begin, steps)
+    let mut ends: Vec<Reached> = STARTS.iter().filter_map(start).collect();
+    for (level, system) in systems.iter().enumerate() {
+        if level > 0 {
+            let judged = |end: &Reached| system.judge(kernel, &end.parameters, criterion).map_or(f64::INFINITY, |(value, _)| value);
+            ends.iter_mut().for_each(|end| end.value = judged(end));
+        }
+        ends.sort_by(|a, b| a.value.total_cmp(&b.value));
+        let further = search(system, kernel, ends.first()?.clone(), criterion, steps)?;
+        ends.insert(0, further);
+    }
+    scored(last, kernel, ends.swap_remove(0).parameters)
 }
 
 /// Tunes from parameters that are nearly right.
 pub(crate) fn retune(system: &RbfSystem, kernel: Kernel, criterion: Criterion, begin: &[f64], steps: usize) -> Option<Tuned> {
-    let (_, parameters) = search(system, kernel, begin, criterion, steps)?;
-    scored(system, kernel, parameters)
+    scored(system, kernel, search(system, kernel, Reached::start(begin.to_vec()), criterion, steps)?.parameters)
 }
 
 /// Solves with the tuned parameters. If the weights are so large that they would multiply the rounding of every query, smoothing is
@@ -68,7 +97,7 @@ pub fn settle(system: &RbfSystem, kernel: Kernel, mut tuned: Tuned) -> Option<(T
     for _ in 0..MOST_RAISES {
         let solved = system.solve(kernel, &tuned.scales(), tuned.smoothing());
         if let Some(solved) = solved.filter(|solved| solved.is_well_conditioned(system.values())) {
-            let tuned = scored(system, kernel, tuned.parameters)?;
+            tuned.score = left_out_score(&solved.left_out, system.values());
             return Some((tuned, solved));
         }
         *tuned.parameters.last_mut()? += MORE.ln();
@@ -83,8 +112,8 @@ fn scored(system: &RbfSystem, kernel: Kernel, parameters: Vec<f64>) -> Option<Tu
 }
 
 /// BFGS with a backtracking line search, kept in the box by a quadratic penalty outside it.
-fn search(system: &RbfSystem, kernel: Kernel, begin: &[f64], criterion: Criterion, steps: usize) -> Option<(f64, Vec<f64>)> {
-    let n = begin.len();
+fn search(system: &RbfSystem, kernel: Kernel, begin: Reached, criterion: Criterion, steps: usize) -> Option<Reached> {
+    let n = begin.parameters.len();
     let evaluate = |x: &[f64]| -> Option<(f64, Vec<f64>)> {
         let (mut value, mut gradient) = system.judge(kernel, x, criterion)?;
         for (k, (x, g)) in x.iter().zip(&mut gradient).enumerate() {
@@ -95,14 +124,14 @@ fn search(system: &RbfSystem, kernel: Kernel, begin: &[f64], criterion: Criterio
         }
         Some((value, gradient))
     };
-    let mut x = begin.to_vec();
+    let mut x = begin.parameters;
     let (mut value, mut gradient) = evaluate(&x).or_else(|| {
         // Too smooth for working precision: more smoothing.
         *x.last_mut()? = (1e-4_f64).ln();
         evaluate(&x)
     })?;
-    let mut inverse_hessian: Vec<Vec<f64>> = identity(n);
-    let mut fresh = true;
+    let mut fresh = begin.inverse_hessian.is_none();
+    let mut inverse_hessian = begin.inverse_hessian.unwrap_or_else(|| identity(n));
     for _ in 0..steps {
         let mut direction: Vec<f64> = inverse_hessian.iter().map(|row| -dot(row, &gradient)).collect();
         if dot(&direction, &gradient) >= 0.0 {
@@ -139,7 +168,7 @@ fn search(system: &RbfSystem, kernel: Kernel, begin: &[f64], criterion: Criterio
             break;
         }
     }
-    Some((value, x))
+    Some(Reached { value, parameters: x, inverse_hessian: (!fresh).then_some(inverse_hessian) })
 }
 
 /// The BFGS update of the inverse Hessian; left alone where the curvature along the step is not positive.
