@@ -134,7 +134,7 @@ fn a_reduced_model_gives_the_field_and_its_course() {
     let table = std::fs::read_to_string(folder.join("run.csv")).unwrap();
     let mut lines = table.lines().filter(|line| !line.starts_with('#'));
     let column = lines.next().unwrap().split(',').position(|head| head == "motor shell [degC]").unwrap();
-    let shell: f64 = lines.last().unwrap().split(',').nth(column).unwrap().parse().unwrap();
+    let shell: f64 = lines.next_back().unwrap().split(',').nth(column).unwrap().parse().unwrap();
     assert!(number("warmest") > shell - number("moving") && number("warmest") < shell + 0.3 + number("moving"), "{shell} {found}");
     assert!((number("warmest") - number("steady")).abs() > 1.0, "it is on its way: {found}");
     // What does not go together is refused, with its remedy.
