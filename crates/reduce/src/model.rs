@@ -209,7 +209,7 @@ impl ReducedModel {
     /// gives them. Water is taken as steady along its walls.
     ///
     /// # Errors
-    /// As for [`ReducedModel::temperatures`].
+    /// Errors of [`ReducedModel::temperatures`].
     pub fn temperatures_with(&self, amplitudes: &DVector<f64>, condition: &Condition, network: &Network) -> Result<Vec<f64>> {
         let load = Load::at(&self.machine, condition)?;
         self.known_field()?.temperatures(&self.fine, &self.fine.state_with(&load, amplitudes)?, network, &load)
