@@ -11,7 +11,7 @@ use crate::{Beside, File, json};
 const PAGE: &str = include_str!("page.html");
 /// The page of a machine at conditions that were solved.
 const STATES_PAGE: &str = include_str!("states.html");
-/// The blocks that make up either page, by their names; tests run the arithmetic alone.
+/// Pieces of both pages, by the names of their blocks; tests run the arithmetic alone.
 const PIECES: [(&str, &str); 20] = [
     // Colours, letters and tables; and those of the picture of the machine.
     ("style", include_str!("style.css")),
@@ -45,7 +45,7 @@ const PIECES: [(&str, &str); 20] = [
     ("states", include_str!("states.js")),
 ];
 
-/// Texts that are filled into either page; `scene` is the machine as JSON.
+/// Pieces of both pages with the data of the picture; `scene` is the machine as JSON.
 fn filling(scene: Option<&str>) -> Filling {
     let mut filling = Filling::default();
     PIECES.into_iter().for_each(|(name, text)| filling.block(name, text.to_owned()));

@@ -134,7 +134,7 @@ pub(super) fn field(surrogate: &Surrogate<'_>, snapshots: &Snapshots) -> Result<
 }
 
 impl FieldError {
-    /// The error of a field by its differences at conditions (rows) and places (columns), K.
+    /// Error of differences at conditions (rows) and places (columns), K.
     fn of(left: &DMatrix<f64>) -> Self {
         Self { error: (left.norm_squared() / left.len().max(1) as f64).sqrt(), largest_error: left.amax() }
     }
