@@ -124,7 +124,7 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
 /// Options by subject. A name with a command belongs to that command alone.
 const HEADINGS: &[(&str, &[&str])] = &[
     ("Condition", &[COOLANT_FLOW, COOLANT_TEMPERATURE, MOTOR_SPEED, AMBIENT_TEMPERATURE, "at"]),
-    ("Machine", &["set", "cells", "machine", "full", "mesh_accuracy", "mesh_tolerance", "no_mesh_error"]),
+    ("Machine", &["set", "cells", "machine", "export.field", "full", "mesh_accuracy", "mesh_tolerance", "no_mesh_error"]),
     (
         "Data",
         &[

@@ -57,6 +57,7 @@ mod tests {
         "results",
         "files",
         "conditions",
+        "field",
         "kinds",
         "costs",
     ];
