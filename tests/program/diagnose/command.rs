@@ -246,6 +246,21 @@ fn what_was_set_is_part_of_the_extended_machine() {
     assert!(settled["causes"].as_array().unwrap().is_empty(), "{}", settled["causes"]);
 }
 
+/// The water of one test is stated 10 K too warm.
+#[test]
+fn what_is_set_aside_stands_in_the_first_sentence() {
+    let (folder, machine, table) = folder("mistyped", &[]);
+    let text = std::fs::read_to_string(&table).unwrap();
+    assert!(text.contains("test 3,3.1,22,"), "{text}");
+    std::fs::write(&table, text.replace("test 3,3.1,22,", "test 3,3.1,32,")).unwrap();
+    let found = json(&coldplate(&["diagnose", &machine, &table, "--cells", "600", "--json", "--quiet"]));
+    let headline = found["headline"].as_str().unwrap();
+    assert_eq!(found["verdict"], "consistent", "{headline}");
+    assert!(headline.starts_with("Without the part of the table that is set aside as grossly wrong"), "{headline}");
+    assert!(!headline.contains("misfit"), "{headline}");
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
 #[test]
 fn clean_data_leave_everything_as_it_is() {
     let (folder, machine, table) = folder("clean", &[]);

@@ -137,7 +137,7 @@ fn a_reduced_model_gives_the_field_and_its_course() {
     let shell: f64 = lines.next_back().unwrap().split(',').nth(column).unwrap().parse().unwrap();
     assert!(number("warmest") > shell - number("moving") && number("warmest") < shell + 0.3 + number("moving"), "{shell} {found}");
     assert!((number("warmest") - number("steady")).abs() > 1.0, "it is on its way: {found}");
-    // What does not go together is refused, with its remedy.
+    // Options that do not go together are refused, with a remedy.
     let refused = |args: &[&str], word: &str| {
         let output = coldplate_in(&folder, &[&["export", "rig.cps", "--to", "html"][..], args].concat());
         assert_eq!(output.status.code(), Some(2), "{}", message(&output));

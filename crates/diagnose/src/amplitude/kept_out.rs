@@ -10,7 +10,7 @@ use crate::open_numbers::OpenNumber;
 pub struct KeptOut {
     /// By each cause.
     by_causes: Vec<Vec<f64>>,
-    /// What causes together change beyond the sum of what each does.
+    /// Changes by all causes together less the sum of those by each.
     together: Vec<f64>,
     /// By numbers of the file that may be off; none where there are no such numbers.
     pub by_numbers: Option<Vec<f64>>,
@@ -77,5 +77,19 @@ impl Search<'_> {
             }
         }
         Some(KeptOut { by_causes, together, by_numbers: (!numbers.is_empty()).then_some(by_numbers) })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn some_of_the_causes_change_less_than_all() {
+        let kept_out = KeptOut { by_causes: vec![vec![1.0, 2.0], vec![10.0, 20.0]], together: vec![0.1, 0.2], by_numbers: None };
+        assert_eq!(kept_out.by(&[true, true]), [11.1, 22.2]);
+        assert_eq!(kept_out.by(&[true, false]), [1.1, 2.2]);
+        let none = KeptOut { by_causes: Vec::new(), together: vec![0.0; 2], by_numbers: Some(vec![3.0, 4.0]) };
+        assert_eq!(none.by(&[]), [0.0, 0.0]);
     }
 }

@@ -265,7 +265,7 @@ impl<'a> BatchHeader<'a> {
                     }
                 }
                 Column::Label => {
-                    // Of several labels the last counts.
+                    // The last of several labels counts.
                     rows.labels.truncate(rows.lines.len());
                     rows.labels.push(cell);
                 }
