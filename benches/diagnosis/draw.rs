@@ -148,7 +148,13 @@ pub fn draw(seed: u64) -> Drawn {
         let squares: f64 = whiten::readings(&unseen).iter().zip(&predicted).zip(hidden).map(|((r, p), h)| (r - p - h).powi(2)).sum();
         (squares / predicted.len().max(1) as f64).sqrt()
     };
+    let sound = data.clone();
     unkind.iter().for_each(|one| one.spoil(&mut data, &hidden, &mut random));
+    // A reading that is spoilt shows nothing, and neither does a sensor most of whose readings are.
+    let is_sound = |row: usize, k: usize| sound.rows[row].readings[k] == data.rows[row].readings[k];
+    let shows: Vec<bool> =
+        (0..width).map(|k| 2 * (0..data.rows.len()).filter(|row| is_sound(*row, k)).count() >= data.rows.len()).collect();
+    let spoilt: Vec<Vec<bool>> = (0..data.rows.len()).map(|row| (0..width).map(|k| !shows[k] || !is_sound(row, k)).collect()).collect();
     let whole_rows = data.rows.iter().map(|row| (row.test.clone(), row.time)).collect::<Vec<_>>();
     let stated = uncertainty(Unkindness::stated(&unkind));
     let mut problem = Problem::new(study, data);
@@ -159,10 +165,11 @@ pub fn draw(seed: u64) -> Drawn {
     let at = |(r, k): &(usize, usize)| {
         let row = &problem.data.rows[*r];
         let original = whole_rows.iter().position(|(test, time)| *test == row.test && *time == row.time);
-        original.expect("a row of the data") * width + k
+        let original = original.expect("a row of the data");
+        (!spoilt[original][*k]).then_some(original * width + k)
     };
-    let left: Vec<usize> = whiten::places(&problem.data).iter().map(at).collect();
-    let shifts = shifts.iter().map(|shift| left.iter().map(|i| shift[*i]).collect()).collect();
+    let left: Vec<Option<usize>> = whiten::places(&problem.data).iter().map(at).collect();
+    let shifts = shifts.iter().map(|shift| left.iter().map(|i| i.map_or(0.0, |i| shift[i])).collect()).collect();
     Drawn { case: Case { problem, hidden, shifts }, family, setting, unkind, unseen, floor }
 }
 

@@ -303,11 +303,17 @@ impl Weighed<'_> {
             is_chosen.clone_from(&whole);
         }
         let gain_of = |is_chosen: &[bool]| kept_out.and_then(|kept_out| self.gain(kept_out, is_chosen, found.ranges(), aside));
-        let gain = gain_of(&is_chosen);
+        let mut gain = gain_of(&is_chosen);
+        let is_known: Vec<bool> = found.causes.iter().map(|cause| cause.hypothesis.has_known_law(&self.beside.scales)).collect();
+        let known: Vec<bool> = is_chosen.iter().zip(&is_known).map(|(is_chosen, is_known)| *is_chosen && *is_known).collect();
+        if known != is_chosen && known.contains(&true) && !gain.as_ref().is_some_and(|(gain, _)| gain.low > 0.0) {
+            // A cause that follows no known law is written where rows kept out are predicted better with it, for certain.
+            is_chosen = known;
+            gain = gain_of(&is_chosen);
+        }
         let of_all = if is_chosen == whole { gain.clone() } else { gain_of(&whole) };
         let is_vetoed = of_all.is_some_and(|(gain, _)| gain.is_none());
-        let chosen = found.causes.iter().zip(&is_chosen).filter(|(_, is_chosen)| **is_chosen);
-        let has_laws = chosen.into_iter().all(|(cause, _)| cause.hypothesis.has_known_law(&self.beside.scales));
+        let has_laws = is_chosen.iter().zip(&is_known).all(|(is_chosen, is_known)| *is_known || !is_chosen);
         let drawn = if gain.as_ref().is_some_and(|(_, with_numbers)| *with_numbers) { found.drawn() } else { Vec::new() };
         let plain = found.predicted(&[])?;
         // They were drawn by slopes.
@@ -317,8 +323,10 @@ impl Weighed<'_> {
         let predicted = with.unwrap_or(plain);
         // Numbers of the file first: a cause may take their place.
         let members: Vec<(&Hypothesis, f64)> = refitted.iter().chain(&found.causes).map(|c| (&c.hypothesis, c.amplitude)).collect();
-        let unsolved = all.iter().filter(|own| found.causes.iter().all(|c| c.hypothesis != own.hypothesis));
-        let (mut sets, mut left_out) = self.written(&members, unsolved.map(|c| c.hypothesis.kind_and_place()).collect(), aside)?;
+        let chosen = found.causes.iter().zip(&is_chosen).filter(|(_, is_chosen)| **is_chosen).map(|(cause, _)| cause);
+        let said: Vec<(&Hypothesis, f64)> = refitted.iter().chain(chosen.clone()).map(|c| (&c.hypothesis, c.amplitude)).collect();
+        let left = all.iter().filter(|own| chosen.clone().all(|c| c.hypothesis != own.hypothesis));
+        let (mut sets, mut left_out) = self.written(&said, left.map(|c| c.hypothesis.kind_and_place()).collect(), aside)?;
         if left_out.as_ref().is_some_and(|own| own.causes.len() >= all.len()) {
             // Numbers that were drawn beside causes are none without any of these.
             (sets, left_out) = (None, None);

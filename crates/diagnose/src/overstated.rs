@@ -26,7 +26,8 @@ pub fn share(problem: &Problem, view: &Comparison, residual: &[f64], causes: usi
     }
     let all: Vec<usize> = (0..residual.len()).collect();
     let at = |share: f64| -> (f64, f64) {
-        let whitener = view.errors.with_noise(share).whitener(&DiscrepancySize::NONE, &all);
+        let noise = view.errors.noise().iter().map(|noise| share * noise).collect();
+        let whitener = view.errors.with_noise(noise).whitener(&DiscrepancySize::NONE, &all);
         let misfit = whitener.apply(residual).iter().map(|v| v * v).sum::<f64>();
         (misfit, misfit + whitener.log_determinant())
     };

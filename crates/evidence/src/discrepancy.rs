@@ -214,9 +214,9 @@ impl ErrorParts {
         &self.numbers
     }
 
-    /// Parts with the independent noise of the readings scaled by `share`.
-    pub fn with_noise(&self, share: f64) -> Self {
-        Self { noise: self.noise.iter().map(|noise| share * noise).collect(), ..self.clone() }
+    /// Parts with other independent noise of the readings, K.
+    pub fn with_noise(&self, noise: Vec<f64>) -> Self {
+        Self { noise, ..self.clone() }
     }
 
     /// Whitening of some readings at a level.

@@ -106,6 +106,9 @@ struct Moved {
 impl Moved {
     fn of(problem: &Problem, found: &Diagnosis, cause: &Cause) -> Result<Option<Self>> {
         let scales = &found.places.scales;
+        if cause.hypothesis.is_mean(scales) {
+            return Ok(None);
+        }
         let (a, d) = (cause.amplitude, cause.deviation);
         let down = if cause.hypothesis.is_signed { d } else { d.min(LEAST * a) };
         let at = |amplitude: f64| -> Result<Option<Document>> {

@@ -64,7 +64,7 @@ impl ExtendedMachine {
                         remarks.push("  (their entries have changed places here: each reads where the other one was)".into());
                     }
                     if part.hypothesis.is_written_afterwards(&found.places.scales) {
-                        remarks.push("  (it depends on the order of the rows: here it is as it is after the last one)".into());
+                        remarks.push("  (it depends on the order of the rows: here it is as is expected after the last one)".into());
                     }
                 }
             }
@@ -114,7 +114,7 @@ fn ends(problem: &Problem, found: &Diagnosis) -> Result<Vec<(String, [String; 2]
         (_, None) => &[],
     };
     let mut all: Vec<(String, [String; 2])> = Vec::new();
-    for part in parts {
+    for part in parts.iter().filter(|part| !part.hypothesis.is_mean(scales)) {
         let (low, high) = part.interval();
         let at = |amplitude: f64| part.hypothesis.written(&problem.study, &problem.data, scales, &problem.user, amplitude);
         let (Some(low), Some(high)) = (at(low)?, at(high)?) else { continue };

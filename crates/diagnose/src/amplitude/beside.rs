@@ -278,11 +278,11 @@ impl<'p> Beside<'p> {
             0
         };
         let search = Search::new(&errors, residual, &candidates, settings, about, profiles);
-        let gross = (!is_log).then(|| Gross::new(&search, problem, &base.found.prediction.conditions));
+        let gross = Gross::new(&search, problem, &base.found.prediction.conditions);
         let most = if is_costly { REFINED_OF_CELLS[usize::from(is_log)] } else { REFINED };
-        let (nothing, mut all) = sets::fitted(&search, gross.as_ref(), most, progress);
+        let (nothing, mut all) = sets::fitted(&search, &gross, most, progress);
         all.push(nothing.clone());
-        let (gross, nothing) = (gross.as_ref(), &nothing);
+        let (gross, nothing) = (&gross, &nothing);
         let when = log.as_ref().map_or(&[][..], |log| &log.when);
         let found = Found { beside: self, search: &search, gross, visible: &visible, sizes: &sizes, names: &names, when, nothing };
         let (sets, scales) = if is_log { found.in_time(all) } else { found.under_laws(all, progress) };
@@ -294,7 +294,7 @@ impl<'p> Beside<'p> {
 struct Found<'a> {
     beside: &'a Beside<'a>,
     search: &'a Search<'a>,
-    gross: Option<&'a Gross<'a>>,
+    gross: &'a Gross<'a>,
     visible: &'a [(&'a Hypothesis, &'a Vec<f64>)],
     sizes: &'a [Sizing],
     /// Variables over which amplitudes may run.
@@ -432,7 +432,7 @@ impl Found<'_> {
             probability: (fit.log_posterior() - whole).exp(),
             kept_out: sum_and_error(&difference(&density, &ground)),
             looseness: fit.looseness,
-            aside: self.gross.map_or_else(Vec::new, |gross| gross.aside(fit)),
+            aside: self.gross.aside(fit),
             errors: fit.errors.clone().unwrap_or_else(|| Arc::new(self.search.errors.clone())),
         }
     }

@@ -3,7 +3,7 @@
 use super::PlaceAndKind;
 use super::logs::{ONSETS, rows_that_count};
 use super::profiles::{Function, Profiles};
-use super::ways::{coefficients, largest, not_nothing};
+use super::ways::{coefficients, largest, mean, not_nothing};
 use crate::effects::{Axis, Course, FoundLaw, Hypothesis, Law, LawForm, LawNumber, Scales, Sequence};
 use crate::{Cause, Problem};
 use coldplate_describe::machine::Condition;
@@ -59,7 +59,7 @@ impl Courses<'_> {
             None => {
                 let mut all = vec![0.0; self.problem.data.rows.len()];
                 read.iter().zip(&member.amplitudes).for_each(|(row, a)| all[*row] = a / whole);
-                (FoundLaw::Rows(Sequence::Free(all)), None)
+                (FoundLaw::Rows(Sequence::Free(all, mean(&member.amplitudes) / whole)), None)
             }
         };
         let law = match law {

@@ -5,7 +5,8 @@
 //! readings is lowest is set aside, the set is fitted anew, and so on while its posterior grows. What is set aside pays ln ρ and the density
 //! 1 / R of each reading, so that a part is dropped only where no cause explains it better at its own price. A part that a later set explains
 //! is taken back by the same rule. A sensor that is stuck has one value anywhere in the range, and its noise about that. A row that states a
-//! wrong value of one condition keeps its readings: they say together by how much, as far as the values of the table go.
+//! wrong value of one condition keeps its readings: they say together by how much, as far as the values of the table go. In logs single
+//! readings may be wrong.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -24,7 +25,7 @@ use coldplate_evidence::measurement::whiten;
 /// Gross errors that one disturbance may hide together: none of them alone makes it smaller. Chosen: one table seldom has more.
 const HIDDEN_TOGETHER: usize = 4;
 
-/// Part of a table that one set of causes calls wrong: one reading, or all of a row, or all of a sensor, or what a row states of a condition.
+/// Part of the data that one set of causes calls wrong: one reading, or all of a row, or all of a sensor, or what a row states of a condition.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Aside {
     /// Row of the problem's data; none for a whole sensor.
@@ -40,7 +41,7 @@ pub struct Aside {
     pub stuck_at: Option<f64>,
 }
 
-/// A table in which parts may be wrong.
+/// A table in which parts may be wrong, or a log in which readings may be.
 pub struct Gross<'a> {
     search: &'a Search<'a>,
     /// Row and column of each reading in the data.
@@ -53,13 +54,14 @@ pub struct Gross<'a> {
 }
 
 impl<'a> Gross<'a> {
-    /// A table beside its search; `slopes` are those of every reading along the conditions, K per SI unit.
+    /// Data beside their search; `slopes` are those of every reading along the conditions, K per SI unit. A log states one condition in many
+    /// rows, and what is wrong with it is no single row's.
     pub fn new(search: &'a Search<'a>, problem: &Problem, slopes: &[Vec<f64>]) -> Self {
         let data = &problem.data;
         let condition = |(v, variable): (usize, &DescribedVariable)| {
             let values = || data.rows.iter().map(|row| row.condition.si()[v]);
             let wide = (values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min)) / TAU.sqrt();
-            let is_stated = problem.states(&variable.name) && wide > 0.0;
+            let is_stated = problem.states(&variable.name) && wide > 0.0 && !search.is_log();
             is_stated.then(|| (v, (slopes.iter().map(|own| wide * own[v]).collect(), wide)))
         };
         let conditions = problem.study.model.machine.variables.iter().enumerate().filter_map(condition).collect();
@@ -72,6 +74,9 @@ impl<'a> Gross<'a> {
 
     /// Readings of a part, rising.
     fn readings(&self, part: Part) -> Vec<usize> {
+        if let Part::Reading(own) = part {
+            return vec![own];
+        }
         let is_own = |i: &usize| match part {
             Part::Reading(own) => *i == own,
             Part::Row(row) | Part::Condition { row, .. } => self.search.errors.row_of[*i] == row,
@@ -95,10 +100,10 @@ impl<'a> Gross<'a> {
         all
     }
 
-    /// All parts that can be wrong; rows and sensors where these have several readings.
+    /// All parts of a table that can be wrong; rows and sensors where these have several readings.
     fn parts(&self) -> Vec<Wrong> {
         let s = self.settings();
-        let mut all: Vec<Wrong> = (0..self.places.len()).map(|i| Wrong::with_rate(Part::Reading(i), s.wrong_reading)).collect();
+        let mut all: Vec<Wrong> = (0..self.places.len()).map(|i| self.reading(i)).collect();
         let rows = self.search.errors.row_of.last().map_or(0, |last| last + 1);
         let sensors = self.places.iter().map(|(_, k)| k + 1).max().unwrap_or(0);
         let whole = (0..rows).map(|r| Wrong::with_rate(Part::Row(r), s.wrong_row));
@@ -109,6 +114,10 @@ impl<'a> Gross<'a> {
         let conditions = (0..rows).filter(tells).flat_map(of_row).map(|part| Wrong::with_rate(part, s.wrong_reading));
         all.extend(whole.chain(conditions).filter(|wrong| self.readings(wrong.part).len() > 1));
         all
+    }
+
+    fn reading(&self, i: usize) -> Wrong {
+        Wrong::with_rate(Part::Reading(i), self.settings().wrong_reading)
     }
 
     /// A wrong sensor as a stuck one where its readings are more probable so. With their noise σ about one value in the range R, of which
@@ -205,11 +214,8 @@ impl<'a> Gross<'a> {
 
     /// A fit with other parts set aside, not fitted yet.
     fn begun(&self, fit: &Fit, aside: Vec<Wrong>) -> Fit {
-        let own = &self.search.errors.noise;
-        let mut errors = fit.errors.as_deref().unwrap_or(self.search.errors).clone();
-        errors.aside = self.of_all(&aside);
-        errors.noise.clone_from(own);
-        errors.aside.iter().for_each(|i| errors.noise[*i] = self.wide());
+        let own = fit.errors.as_deref().unwrap_or(self.search.errors).clone();
+        let mut errors = own.without(self.of_all(&aside), self.wide(), self.search.errors);
         errors.wrong_conditions = aside.iter().filter_map(|wrong| self.column(wrong.part)).collect();
         Fit { errors: Some(Arc::new(errors)), aside, ..fit.clone() }
     }
@@ -228,7 +234,12 @@ impl<'a> Gross<'a> {
         };
         // A row that states a wrong condition counts as one that is wrong.
         let doubtful: usize = fit.aside.iter().filter(|other| other.is_condition()).map(|other| self.readings(other.part).len()).sum();
-        for wrong in self.parts() {
+        if self.search.is_log() {
+            let (gain, further) = self.further_of_log(&others, &now);
+            offer(gain, [&fit.aside[..], &further].concat());
+        }
+        let parts = if self.search.is_log() { Vec::new() } else { self.parts() };
+        for wrong in parts {
             let all = self.readings(wrong.part);
             let own: Vec<usize> = all.iter().filter(|i| now.binary_search(i).is_err()).copied().collect();
             let largest = fit.aside.iter().map(|other| self.readings(other.part).len()).fold(all.len(), usize::max);
@@ -273,7 +284,7 @@ impl<'a> Gross<'a> {
                 offer(right - wide - wrong.log_odds, aside.clone());
             }
             // Few readings of a row or a sensor may be wrong, and the others right.
-            let alone = |i: &usize| Wrong::with_rate(Part::Reading(*i), self.settings().wrong_reading);
+            let alone = |i: &usize| self.reading(*i);
             let is_wrong = |i: &usize| as_they_are(&[*i]).is_none_or(|(right, _)| right < alone(i).log_odds - wide.ln());
             let (bad, good): (Vec<usize>, Vec<usize>) = own.iter().copied().partition(is_wrong);
             if own.len() > 1
@@ -285,6 +296,25 @@ impl<'a> Gross<'a> {
             }
         }
         best.1
+    }
+
+    /// Readings of a log that are better set aside, and how much they promise: the one that promises most of each sensor in each stretch, for those
+    /// beside it are predicted by it.
+    fn further_of_log(&self, others: &Others, now: &[usize]) -> (f64, Vec<Wrong>) {
+        let wide = self.wide();
+        let mut best: BTreeMap<(usize, usize), (f64, Wrong)> = BTreeMap::new();
+        for i in (0..self.places.len()).filter(|i| now.binary_search(i).is_err()) {
+            let (wrong, Some(predicted)) = (self.reading(i), others.predict(&[i])) else { continue };
+            let gain = wrong.log_odds - wide.ln() - predicted.log_density;
+            let own = best.entry((self.search.errors.row_of[i], self.places[i].1)).or_insert((0.0, wrong));
+            if gain > own.0 {
+                *own = (gain, wrong);
+            }
+        }
+        let mut found: Vec<(f64, Wrong)> = best.into_values().filter(|(gain, _)| *gain > 0.0).collect();
+        found.sort_by(|a, b| b.0.total_cmp(&a.0));
+        found.truncate(self.most(1).saturating_sub(now.len()));
+        (found.iter().map(|(gain, _)| gain).sum(), found.into_iter().map(|(_, wrong)| wrong).collect())
     }
 
     /// Logarithm of the density of readings that are set aside, given all others, were they right, with so many times their stated noise.

@@ -8,9 +8,9 @@ use std::ops::Range;
 
 /// The inverse covariance of readings, and its product with their residual.
 pub struct Others {
-    /// Readings of each row.
+    /// Readings of each row; of a log each reading by itself.
     pub ranges: Vec<Range<usize>>,
-    /// Block of each row, 1/K².
+    /// Block of each of them, 1/K².
     pub blocks: Vec<DMatrix<f64>>,
     /// Columns C of the product C Cᵀ that all rows lack, 1/K.
     pub across: DMatrix<f64>,

@@ -131,6 +131,22 @@ impl Errors {
         }
     }
 
+    /// Standard deviation of the noise of every reading under a looseness, K. The wide noise of what is set aside stays.
+    fn noise_under(&self, looseness: Looseness) -> Vec<f64> {
+        let mut all: Vec<f64> = self.noise.iter().map(|noise| noise * looseness.noise).collect();
+        self.aside.iter().for_each(|i| all[*i] = self.noise[*i]);
+        all
+    }
+
+    /// Errors with these readings set aside, whose noise is wide (K); all others have the noise of `from`.
+    pub fn without(self, aside: Vec<usize>, wide: f64, from: &Self) -> Self {
+        let mut noise = from.noise.clone();
+        aside.iter().for_each(|i| noise[*i] = wide);
+        // Stretches that were whitened before are those of other noise.
+        let log = self.log.map(|log| LogNoise { known: Arc::new(Recent::of(log.known.most)), ..log });
+        Self { noise, aside, log, ..self }
+    }
+
     /// Errors of a table, each of whose columns becomes another one.
     pub fn map(self, of: impl Fn(&[f64]) -> Vec<f64>) -> Self {
         let all = |columns: &[Vec<f64>]| columns.iter().map(|column| of(column)).collect();
@@ -321,11 +337,10 @@ impl Rows {
         let numbers = errors.numbers.iter().enumerate().filter(|(_, column)| own_row(column).is_some());
         shared.extend(numbers.map(|(k, column)| (errors.stated.len() + k, column)));
         let mut factors = Vec::with_capacity(ranges.len());
+        let noise = errors.noise_under(looseness);
         for range in &ranges {
-            let size = range.len();
-            // The wide noise of what is set aside stays.
-            let noise = |i: usize| (errors.noise[i] * if errors.aside.contains(&i) { 1.0 } else { looseness.noise }).powi(2);
-            let mut block = DMatrix::from_diagonal(&DVector::from_iterator(size, range.clone().map(noise)));
+            let squares = noise[range.clone()].iter().map(|noise| noise * noise);
+            let mut block = DMatrix::from_diagonal(&DVector::from_iterator(range.len(), squares));
             let mut add = |column: &[f64], scale: f64| {
                 let own = DVector::from_column_slice(&column[range.clone()]);
                 block.ger(scale * scale, &own, &own, 1.0);
@@ -351,7 +366,7 @@ impl Rows {
     /// The stretches of logs under a looseness.
     fn wandering(errors: &Errors, log: &LogNoise, looseness: Looseness) -> Self {
         let level = DiscrepancySize { wandering: looseness.wandering, memory: log.memory, ..DiscrepancySize::NONE };
-        let noise = log.parts.with_noise(looseness.noise).noise_at(&level);
+        let noise = log.parts.with_noise(errors.noise_under(looseness)).noise_at(&level);
         let log_determinant = noise.log_determinant();
         let mut all = Self::without_columns(ranges(&errors.row_of), Whitening::Series(noise), log_determinant, errors.biases);
         all.own = Self::own_part(true, looseness);
@@ -440,28 +455,41 @@ impl Rows {
         self.log_determinant
     }
 
-    /// Columns that are whitened by the blocks of a table, multiplied by the transposed root of the inverse of these: S⁻¹ of columns is this of
-    /// their whitened ones.
+    /// Columns that are whitened, multiplied by the transposed whitening: S⁻¹ of columns is this of their whitened ones.
     pub fn unwhiten(&self, whitened: &DMatrix<f64>) -> DMatrix<f64> {
         let mut found = whitened.clone();
-        for (range, factor) in self.ranges.iter().zip(self.blocks()) {
-            let mut own = found.rows_range_mut(range.clone());
-            factor.l_dirty().tr_solve_lower_triangular_mut(&mut own);
+        match &self.whitening {
+            Whitening::Blocks(factors) => {
+                for (range, factor) in self.ranges.iter().zip(factors) {
+                    let mut own = found.rows_range_mut(range.clone());
+                    factor.l_dirty().tr_solve_lower_triangular_mut(&mut own);
+                }
+            }
+            Whitening::Series(noise) => found.column_iter_mut().for_each(|mut column| noise.apply_transposed(column.as_mut_slice())),
         }
         found
     }
 
-    /// A whitened precision of a row's readings as that of the readings themselves, 1/K².
-    pub fn unwhiten_row(&self, row: usize, mut precision: DMatrix<f64>) -> DMatrix<f64> {
-        let Some(factor) = self.blocks().get(row).map(Cholesky::l_dirty) else { return precision };
-        factor.tr_solve_lower_triangular_mut(&mut precision);
-        precision.transpose_mut();
-        factor.tr_solve_lower_triangular_mut(&mut precision);
-        precision
-    }
-
-    fn blocks(&self) -> &[Cholesky<f64, Dyn>] {
-        if let Whitening::Blocks(factors) = &self.whitening { factors } else { &[] }
+    /// Inverse covariance of the readings of each row of a table without shared columns, less by `taken` in each (whitened); of a log that of
+    /// each reading by itself. With the readings of each, and in 1/K².
+    pub fn precisions(&self, taken: impl Fn(usize) -> DMatrix<f64>) -> (Vec<Range<usize>>, Vec<DMatrix<f64>>) {
+        match &self.whitening {
+            Whitening::Blocks(factors) => {
+                let of = |(row, factor): (usize, &Cholesky<f64, Dyn>)| {
+                    let size = self.ranges[row].len();
+                    let mut precision = DMatrix::identity(size, size) - taken(row);
+                    factor.l_dirty().tr_solve_lower_triangular_mut(&mut precision);
+                    precision.transpose_mut();
+                    factor.l_dirty().tr_solve_lower_triangular_mut(&mut precision);
+                    precision
+                };
+                (self.ranges.clone(), factors.iter().enumerate().map(of).collect())
+            }
+            Whitening::Series(noise) => {
+                let own = noise.precisions();
+                ((0..own.len()).map(|i| i..i + 1).collect(), own.into_iter().map(|p| DMatrix::from_element(1, 1, p)).collect())
+            }
+        }
     }
 
     /// Standard deviation of each shared column's coefficient.

@@ -99,7 +99,7 @@ pub struct Fit {
     pub errors: Option<Arc<Errors>>,
     /// The machine with the set in force that it is linear about.
     pub reference: Option<Arc<Reference>>,
-    /// Parts of a table that it calls grossly wrong.
+    /// Parts of the data that it calls grossly wrong.
     pub aside: Vec<Wrong>,
 }
 
@@ -138,6 +138,15 @@ impl Fit {
     /// Logarithm of the evidence with the price of what is set aside.
     pub fn log_mixture(&self) -> f64 {
         self.log_evidence + log_odds(&self.aside)
+    }
+
+    /// Errors about the machine with the set in force, in which stays wrong what the fit calls so.
+    fn without_aside(&self, mut errors: Errors) -> Errors {
+        if let Some(own) = self.errors.as_ref().filter(|_| !self.aside.is_empty()) {
+            (errors.noise, errors.aside) = (own.noise.clone(), own.aside.clone());
+            errors.wrong_conditions.clone_from(&own.wrong_conditions);
+        }
+        errors
     }
 
     /// Logarithm of the posterior, not normalised.
@@ -264,15 +273,11 @@ impl<'a> Search<'a> {
         let (mut moved, mut relaxation) = (f64::INFINITY, Relaxation::default());
         for place in 0..MOST_REFERENCES {
             let known = fit.errors.as_deref().filter(|_| moved < NEAR);
-            let Some((reference, mut errors)) = about(&fit.members, &fit.amplitudes, false, known) else {
+            let Some((reference, errors)) = about(&fit.members, &fit.amplitudes, false, known) else {
                 // Between a few amplitudes it is known all the same.
                 return if place == 0 { fit } else { Fit { stands: false, log_evidence: f64::NEG_INFINITY, ..fit } };
             };
-            if let Some(own) = fit.errors.as_ref().filter(|_| !fit.aside.is_empty()) {
-                // What it calls wrong stays so.
-                (errors.noise, errors.aside) = (own.noise.clone(), own.aside.clone());
-                errors.wrong_conditions.clone_from(&own.wrong_conditions);
-            }
+            let errors = fit.without_aside(errors);
             let begun = Fit { errors: Some(Arc::new(errors)), reference: Some(Arc::new(reference)), stands: false, ..fit };
             let sought = if place == 0 { Sought::All } else { Sought::Near };
             fit = self.with_errors_of(&begun).fit_from(begun.clone(), sought, place >= CHOOSING_REFERENCES);
@@ -574,7 +579,10 @@ impl<'a> Search<'a> {
     fn with_others(&self, fit: &Fit) -> Fit {
         let all = self.about.filter(|_| self.is_log()).and_then(|about| about(&fit.members, &fit.amplitudes, true, None));
         match all {
-            Some((reference, errors)) => Fit { reference: Some(Arc::new(reference)), errors: Some(Arc::new(errors)), ..fit.clone() },
+            Some((reference, errors)) => {
+                let errors = fit.without_aside(errors);
+                Fit { reference: Some(Arc::new(reference)), errors: Some(Arc::new(errors)), ..fit.clone() }
+            }
             None => fit.clone(),
         }
     }

@@ -22,9 +22,8 @@ struct OfOneSize {
 
 impl OfOneSize {
     /// From sets of the whole table, and from some that were begun with parts of it set aside.
-    fn new(search: &Search<'_>, gross: Option<&Gross<'_>>, most: usize, whole: Vec<Fit>, begun: Vec<Fit>) -> Self {
+    fn new(search: &Search<'_>, gross: &Gross<'_>, most: usize, whole: Vec<Fit>, begun: Vec<Fit>) -> Self {
         let whole = refined(search, most, whole);
-        let Some(gross) = gross else { return Self { whole, cleared: Vec::new() } };
         let best = |fits: &[Fit]| fits.iter().take(most).cloned().collect::<Vec<Fit>>();
         let begun = refined(search, most, begun);
         let clear = |fit: Fit| {
@@ -48,20 +47,19 @@ impl OfOneSize {
 
 /// The machine as it is, and all sets that are fitted, most probable first; `most` of each size about the machine with the set in force, and with
 /// parts set aside that may be grossly wrong.
-pub fn fitted(search: &Search<'_>, gross: Option<&Gross<'_>>, most: usize, progress: &dyn Progress) -> (Fit, Vec<Fit>) {
+pub fn fitted(search: &Search<'_>, gross: &Gross<'_>, most: usize, progress: &dyn Progress) -> (Fit, Vec<Fit>) {
     let whole = search.nothing();
-    let nothing = gross.map_or_else(|| whole.clone(), |gross| gross.nothing(&whole));
+    let nothing = gross.nothing(&whole);
     progress.say("places and kinds alone");
-    let begun = gross.map_or_else(Vec::new, |gross| gross.beginnings(&nothing));
-    let mut begun: Vec<Fit> = begun.iter().flat_map(|aside| search.beside(aside).singles(aside)).collect();
-    begun.extend(gross.map_or_else(Vec::new, |gross| gross.instead(&nothing)));
+    let mut begun: Vec<Fit> = gross.beginnings(&nothing).iter().flat_map(|aside| search.beside(aside).singles(aside)).collect();
+    begun.extend(gross.instead(&nothing));
     let mut last = OfOneSize::new(search, gross, most, search.singles(&whole), sorted(begun));
     let mut all: Vec<Fit> = last.all().cloned().collect();
     for count in 2..=MOST_PLACES {
         let before = all.iter().map(Fit::log_posterior).fold(f64::NEG_INFINITY, f64::max);
         progress.say(&format!("sets of {count}"));
-        let instead = |gross: &Gross<'_>| last.cleared.par_iter().take(GROWING).flat_map_iter(|fit| gross.instead(fit)).collect();
-        let begun = [search.grown(&last.cleared), gross.map_or_else(Vec::new, instead)].concat();
+        let instead: Vec<Fit> = last.cleared.par_iter().take(GROWING).flat_map_iter(|fit| gross.instead(fit)).collect();
+        let begun = [search.grown(&last.cleared), instead].concat();
         last = OfOneSize::new(search, gross, most, search.grown(&last.whole), sorted(begun));
         all.extend(last.all().cloned());
         // A set that was begun badly may be found from one with a place more.

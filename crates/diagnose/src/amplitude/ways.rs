@@ -288,7 +288,7 @@ impl Ways<'_> {
                 let whole = not_nothing(amplitudes[most]);
                 let in_rows = || self.laws.over_all_rows(amplitudes.iter().map(|a| a / whole));
                 let law = match choice.freedom.curve {
-                    None => FoundLaw::Rows(Sequence::Free(in_rows())),
+                    None => FoundLaw::Rows(Sequence::Free(in_rows(), mean(amplitudes) / whole)),
                     Some((curve, _)) => match &self.axes[curve.0] {
                         None => FoundLaw::Rows(Sequence::Curve(in_rows())),
                         Some(axis) => {
@@ -475,6 +475,11 @@ pub fn largest(numbers: &[f64]) -> usize {
 
 pub fn not_nothing(number: f64) -> f64 {
     if number == 0.0 { f64::MIN_POSITIVE.sqrt() } else { number }
+}
+
+/// Mean of some numbers.
+pub fn mean(numbers: &[f64]) -> f64 {
+    numbers.iter().sum::<f64>() / numbers.len().max(1) as f64
 }
 
 /// Coefficients of functions of the rows by which they make amplitudes, which are a sum of them.

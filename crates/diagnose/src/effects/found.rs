@@ -98,8 +98,8 @@ pub enum Sequence {
     Play(Axis, f64),
     /// A curve over the order of the rows, one number for each.
     Curve(Vec<f64>),
-    /// Another number in every row.
-    Free(Vec<f64>),
+    /// Another number in every row, and the mean of those with readings.
+    Free(Vec<f64>, f64),
 }
 
 /// A law that was found.
@@ -230,7 +230,7 @@ impl Sequence {
                 };
                 along(axis).into_iter().map(&mut next).collect()
             }
-            Self::Curve(factors) | Self::Free(factors) => (0..n).map(|row| factors.get(row).copied().unwrap_or(0.0)).collect(),
+            Self::Curve(factors) | Self::Free(factors, _) => (0..n).map(|row| factors.get(row).copied().unwrap_or(0.0)).collect(),
         }
     }
 
@@ -252,7 +252,7 @@ impl Sequence {
                 format!("with hysteresis: as {} with a play of {} to either side lags behind it", axis.shown, axis.number(*play))
             }
             Self::Curve(_) => "by no known law: over the order of the rows as found".into(),
-            Self::Free(_) => "by no known law: another number in every row".into(),
+            Self::Free(..) => "by no known law: another number in every row".into(),
         }
     }
 }
@@ -304,10 +304,12 @@ impl FoundLaw {
         })
     }
 
-    /// Factor of the law after the last row of the data; `None` where nothing is known of later rows. What set in at a row stays.
+    /// Factor of the law after the last row of the data; `None` where nothing is known of later rows. What set in at a row stays, and another
+    /// number in every row is their mean.
     pub fn factor_afterwards(&self) -> Option<f64> {
         match self {
             Self::One | Self::Rows(Sequence::From(_)) => Some(1.0),
+            Self::Rows(Sequence::Free(_, mean)) => Some(*mean),
             Self::Over(..) | Self::Rows(_) => None,
             Self::Product(both) => Some(both[0].factor_afterwards()? * both[1].factor_afterwards()?),
             Self::Sum(all) => all.iter().map(|(share, law)| Some(share * law.factor_afterwards()?)).sum(),
@@ -332,7 +334,7 @@ impl FoundLaw {
     pub fn is_unknown(&self) -> bool {
         match self {
             Self::Sum(all) => all.iter().any(|(_, law)| law.is_unknown()),
-            _ => matches!(self, Self::Over(_, Course::Curve(_)) | Self::Rows(Sequence::Curve(_) | Sequence::Free(_))),
+            _ => matches!(self, Self::Over(_, Course::Curve(_)) | Self::Rows(Sequence::Curve(_) | Sequence::Free(..))),
         }
     }
 }
@@ -411,7 +413,8 @@ mod tests {
         assert_eq!(from.factor_afterwards(), Some(1.0));
         let half_of_it = FoundLaw::Sum(vec![(0.25, FoundLaw::One), (0.5, from.clone())]);
         assert_eq!(half_of_it.factor_afterwards(), Some(0.75));
-        let beyond = [Sequence::Drift, Sequence::Fallen(axis()), Sequence::Curve(vec![1.0]), Sequence::Free(vec![1.0])].map(FoundLaw::Rows);
+        assert_eq!(FoundLaw::Rows(Sequence::Free(vec![1.0, 0.0, 0.5, 0.3], 0.6)).factor_afterwards(), Some(0.6));
+        let beyond = [Sequence::Drift, Sequence::Fallen(axis()), Sequence::Curve(vec![1.0])].map(FoundLaw::Rows);
         assert!(beyond.iter().all(|law| law.factor_afterwards().is_none()));
         assert!(FoundLaw::Product(Box::new([from, FoundLaw::over(&axis(), Course::Straight)])).factor_afterwards().is_none());
     }

@@ -334,11 +334,12 @@ impl Hypothesis {
     }
 
     /// The cause as it is after the last row of the data, with its amplitude; `None` where a formula says its law, or where nothing is known of
-    /// later rows. An exchange is there or not.
+    /// later rows. An exchange is there or not: the mean of some numbers is neither.
     fn afterwards(&self, scales: &Scales, amplitude: f64) -> Option<(Self, f64)> {
         let is_said = !self.law.is_formula() || !self.is_sensor() && scales.has_formula(self.law);
         let factor = scales.found(self.law).filter(|_| !is_said)?.factor_afterwards()?;
-        (!self.is_fixed() || factor * amplitude > 0.5).then(|| (self.under_usual_law(), factor * amplitude))
+        let is_there = || self.has_known_law(scales) && factor * amplitude > 0.5;
+        (!self.is_fixed() || is_there()).then(|| (self.under_usual_law(), factor * amplitude))
     }
 
     /// The cause at conditions that are none of the data's rows, with the factor on its amplitude: what depends on the order of the rows is as it
@@ -348,6 +349,11 @@ impl Hypothesis {
             return (self.clone(), 1.0);
         }
         self.afterwards(scales, 1.0).unwrap_or_else(|| (self.under_usual_law(), 1.0))
+    }
+
+    /// Whether it is another number in every row: a machine file has the mean of them, whose deviation is not that of its amplitude.
+    pub fn is_mean(&self, scales: &Scales) -> bool {
+        self.is_written_afterwards(scales) && !self.has_known_law(scales)
     }
 
     /// Whether a machine file has the cause only as it is after the last row.

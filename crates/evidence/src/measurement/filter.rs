@@ -101,6 +101,28 @@ impl Filter {
         }
     }
 
+    /// Multiplies the readings of the series by the transposed whitening, in place.
+    pub fn apply_transposed(&self, whitened: &mut [f64]) {
+        // Pull on the state behind a reading.
+        let mut pull = 0.0;
+        for step in self.steps.iter().rev() {
+            let innovation = step.inverse * whitened[step.reading] + step.gain * pull;
+            pull = step.memory * (pull - step.loading * innovation);
+            whitened[step.reading] = innovation;
+        }
+    }
+
+    /// Writes the diagonal of the inverse covariance of the series, 1/K².
+    pub fn precisions(&self, all: &mut [f64]) {
+        // Squares of all later whitened readings for a state of one behind a reading.
+        let mut later = 0.0;
+        for step in self.steps.iter().rev() {
+            all[step.reading] = step.inverse * step.inverse + step.gain * step.gain * later;
+            let (innovation, kept) = (step.loading * step.inverse, 1.0 - step.gain * step.loading);
+            later = step.memory * step.memory * (innovation * innovation + kept * kept * later);
+        }
+    }
+
     /// Logarithm of the determinant of the covariance, which is in K² for each reading.
     pub fn log_determinant(&self) -> f64 {
         self.steps.iter().map(|step| -2.0 * step.inverse.ln()).sum()
@@ -140,5 +162,13 @@ mod tests {
         let unit = &whitened * &sigma * whitened.transpose();
         assert!((unit - nalgebra::DMatrix::identity(n, n)).amax() < 1e-12);
         assert!((filter.log_determinant() - sigma.determinant().ln()).abs() < 1e-10);
+        let inverse = sigma.try_inverse().unwrap();
+        let mut precisions = vec![0.0; n];
+        filter.precisions(&mut precisions);
+        assert!((0..n).all(|i| (precisions[i] / inverse[(i, i)] - 1.0).abs() < 1e-12));
+        for mut column in whitened.column_iter_mut() {
+            filter.apply_transposed(column.as_mut_slice());
+        }
+        assert!((whitened - inverse).amax() < 1e-9);
     }
 }

@@ -55,6 +55,19 @@ impl Noise {
         whitened
     }
 
+    /// Multiplies whitened readings by the transposed whitening, in place: of whitened columns it makes those under the inverse covariance.
+    pub fn apply_transposed(&self, whitened: &mut [f64]) {
+        whitened.iter_mut().zip(&self.inverse_deviation).filter(|(_, d)| **d > 0.0).for_each(|(own, d)| *own *= d);
+        self.series.iter().for_each(|filter| filter.apply_transposed(whitened));
+    }
+
+    /// Diagonal of the inverse covariance, 1/K².
+    pub fn precisions(&self) -> Vec<f64> {
+        let mut all: Vec<f64> = self.inverse_deviation.iter().map(|d| d * d).collect();
+        self.series.iter().for_each(|filter| filter.precisions(&mut all));
+        all
+    }
+
     /// Logarithm of the determinant of the covariance, which is in K² for each reading.
     pub fn log_determinant(&self) -> f64 {
         self.log_determinant

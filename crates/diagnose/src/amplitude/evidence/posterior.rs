@@ -198,21 +198,19 @@ impl Posterior<'_> {
         Functions { solved: self.solve(&columns), pulls: columns.tr_mul(&self.pull), columns }
     }
 
-    /// Predictions of some readings from all others.
+    /// Predictions of some readings from all others; in logs of one at a time.
     pub fn others(&self) -> Others {
         let (explained, rows) = (self.explained, &self.explained.rows);
         // The columns of the metric times the inverse of the upper factor of their matrix.
         let mut across = self.metric.transpose();
         solve_lower(self.factor.l_dirty(), &mut across);
         let across = rows.unwhiten(&across.transpose());
-        let of = |(row, range): (usize, &std::ops::Range<usize>)| {
-            let x = explained.columns.rows_range(range.clone());
-            let taken = explained.taken(row, &self.freedoms);
-            rows.unwhiten_row(row, DMatrix::identity(range.len(), range.len()) - x * taken * x.transpose())
-        };
-        let blocks = rows.ranges.iter().enumerate().map(of).collect();
+        let (ranges, blocks) = rows.precisions(|row| {
+            let x = explained.columns.rows_range(rows.ranges[row].clone());
+            x * explained.taken(row, &self.freedoms) * x.transpose()
+        });
         let pull = rows.unwhiten(&DMatrix::from_columns(std::slice::from_ref(&self.pull))).column(0).into_owned();
-        Others { ranges: rows.ranges.clone(), blocks, across, pull }
+        Others { ranges, blocks, across, pull }
     }
 
     /// Factor of the block of one row of the inverse covariance; `inverse` is that of the factor of the metric.

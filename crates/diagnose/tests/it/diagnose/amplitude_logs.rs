@@ -202,6 +202,30 @@ fn large_effects() {
     assert!(only(&set, "heat capacity", "spindle").amplitudes.iter().all(|a| (a / 21e3 - 1.0).abs() < 0.1));
 }
 
+/// Two readings that a logger wrote wrong, one of them the last: they are said, and are no cause; a cause beside them is found.
+#[test]
+fn wrong_readings() {
+    let wrong = |mut problem: Problem| {
+        for (row, sensor, off) in [(ROWS - 1, 1, 8.0), (ROWS + 24, 0, -3.0)] {
+            problem.data.rows[row].readings[sensor].iter_mut().for_each(|shown| *shown += off);
+        }
+        problem
+    };
+    let is_said = |set: &PlaceSet| {
+        let mut said: Vec<(Option<usize>, Option<usize>, i64)> =
+            set.aside.iter().map(|own| (own.row, own.sensor, own.off.round() as i64)).collect();
+        said.sort_unstable();
+        assert_eq!(said, [(Some(ROWS - 1), Some(1), 8), (Some(ROWS + 24), Some(0), -3)]);
+    };
+    let set = front("wrong", &wrong(log(9, &Truth { lines: &[], shown: AS_IT_IS })));
+    assert!(set.members.is_empty());
+    is_said(&set);
+    let lines = [("node.spindle.capacity", "\"4.2 kJ/K\"")];
+    let set = front("wrong beside a mass", &wrong(log(10, &Truth { lines: &lines, shown: AS_IT_IS })));
+    assert!(only(&set, "heat capacity", "spindle").amplitudes.iter().all(|a| (a / 1200.0 - 1.0).abs() < 0.2));
+    is_said(&set);
+}
+
 /// A sensor that follows its place after forty seconds.
 #[test]
 fn a_slow_sensor() {
