@@ -87,8 +87,12 @@ pub fn in_force(predictor: &Predictor<'_>, (study, data): (&Study, &Data), membe
     Some(ByCourse { study: own, data, scales, laws })
 }
 
-/// Whether the amplitude of a cause may run over the rows: whether the machine file, or what shows its readings, has words for that.
+/// Whether the amplitude of a cause may run over the rows: whether the machine file, or what shows its readings, has words for that. A cause
+/// that changes with the temperature of its place has a law already.
 pub fn runs(predictor: &Predictor<'_>, h: &Hypothesis) -> bool {
+    if h.law != h.effect.usual_law() {
+        return false;
+    }
     let law = h.by_course(Law::Of(0, LawForm::Course));
     let (study, scales) = (predictor.study, predictor.scales);
     let lines = |h: &Hypothesis| h.sets(study, scales, predictor.user, STEP * h.scale).ok().flatten();

@@ -25,7 +25,6 @@ use crate::predictor::Predictor;
 use crate::view::Comparison;
 use crate::when::TEST_NUMBER;
 use coldplate_describe::machine::Condition;
-use coldplate_evidence::identify;
 use coldplate_evidence::measurement::{Data, ReadingRow, TIME, whiten};
 use coldplate_explore::simulate::Start;
 use coldplate_network::Load;
@@ -211,14 +210,25 @@ impl<'a> Log<'a> {
         let units: Vec<f64> = self.sizes.iter().map(|size| size.slope(0.0)).collect();
         let scaled = |((_, column), unit): (&(&Hypothesis, &Vec<f64>), &f64)| column.iter().map(|c| c * unit).collect::<Vec<f64>>();
         let means: Vec<Vec<f64>> = self.visible.iter().zip(&units).map(scaled).collect();
+        let units: Vec<Vec<f64>> = units.into_iter().map(|unit| vec![unit; self.problem.data.rows.len()]).collect();
         self.slopes(&self.as_it_is(), (&own, &units), means, self.functions.screened)
     }
 
     /// Slopes of the readings in causes by the first functions of the rows, K per scale, about a machine in which `means` are those in the mean.
-    /// `units` are the causes' own units per unit of the scale.
-    fn slopes(&self, about: &About<'_>, (own, units): (&[Hypothesis], &[f64]), means: Vec<Vec<f64>>, count: usize) -> Vec<Vec<Vec<f64>>> {
+    /// `units` are the causes' own units per unit of the scale, row by row.
+    fn slopes(
+        &self,
+        about: &About<'_>,
+        (own, units): (&[Hypothesis], &[Vec<f64>]),
+        means: Vec<Vec<f64>>,
+        count: usize,
+    ) -> Vec<Vec<Vec<f64>>> {
         let courses: Vec<Vec<f64>> = (1..count).map(|f| self.functions.functions.column(f).iter().copied().collect()).collect();
-        let courses_of = |h: usize| courses.iter().enumerate().map(move |(c, values)| (h, Along { values, is_held: self.is_step(c + 1) }));
+        let product = |units: &Vec<f64>, course: &Vec<f64>| units.iter().zip(course).map(|(unit, f)| unit * f).collect::<Vec<f64>>();
+        let products: Vec<Vec<Vec<f64>>> =
+            units.iter().map(|units| courses.iter().map(|course| product(units, course)).collect()).collect();
+        let courses_of =
+            |h: usize| products[h].iter().enumerate().map(move |(c, values)| (h, Along { values, is_held: self.is_step(c + 1) }));
         let wanted: Vec<(usize, Along<'_>)> = (0..own.len()).filter(|h| !own[*h].is_sensor()).flat_map(courses_of).collect();
         let found = match self.follower(about) {
             Some(follower) if !courses.is_empty() => follower.along(own, &wanted, self.stride).unwrap_or_else(|_| vec![None; wanted.len()]),
@@ -227,8 +237,7 @@ impl<'a> Log<'a> {
         let places = whiten::places(about.data);
         let mut all: Vec<Vec<Vec<f64>>> = means.into_iter().map(|mean| vec![mean]).collect();
         for ((h, _), column) in wanted.iter().zip(found) {
-            let unit = units[*h];
-            all[*h].push(column.map_or_else(|| vec![0.0; places.len()], |column| column.iter().map(|c| c * unit).collect()));
+            all[*h].push(column.unwrap_or_else(|| vec![0.0; places.len()]));
         }
         // What acts on a reading acts at its own row.
         for (_, columns) in all.iter_mut().enumerate().filter(|(h, _)| own[*h].is_sensor()) {
@@ -367,29 +376,22 @@ impl<'a> Log<'a> {
         let asked: Vec<usize> = if with_all { (0..self.visible.len()).collect() } else { Vec::new() };
         let all: Vec<usize> = members.iter().chain(&asked).copied().collect();
         let there: Vec<Hypothesis> = all.iter().map(|m| same(self.visible[*m].0)).collect();
-        let units: Vec<f64> = all.iter().map(|m| self.sizes[*m].slope(0.0)).collect();
-        let ones = vec![1.0; data.rows.len()];
-        let wanted: Vec<(usize, Along<'_>)> = (0..all.len()).map(|h| (h, Along::straight(&ones))).collect();
+        let of_members = members.iter().zip(amplitudes).map(|(m, own)| self.units(*m, own));
+        let units: Vec<Vec<f64>> = of_members.chain(asked.iter().map(|m| vec![self.sizes[*m].slope(0.0); data.rows.len()])).collect();
+        let wanted: Vec<(usize, Along<'_>)> = units.iter().enumerate().map(|(h, units)| (h, Along::straight(units))).collect();
         let columns = self.follower(&about)?.along(&there, &wanted, self.stride).ok()?;
         let shown = force::shown((&scales, &problem), values, &laws, None);
         let mean = |(k, column): (usize, Option<Vec<f64>>)| match column {
             _ if there[k].is_sensor() => {
-                let more = force::shown((&scales, &problem), values, &laws, Some((k, &there[k], STEP * units[k])));
+                let more = force::shown((&scales, &problem), values, &laws, Some((k, &there[k], STEP * units[k][0])));
                 more.iter().zip(&shown).map(|(a, b)| (a - b) / STEP).collect()
             }
-            Some(column) => column.iter().map(|c| c * units[k]).collect(),
-            None => vec![0.0; values.len()],
+            column => column.unwrap_or_else(|| vec![0.0; values.len()]),
         };
         let mut of_members: Vec<Vec<f64>> = columns.into_iter().enumerate().map(mean).collect();
         let of_all = of_members.split_off(own.len());
         let (here, others) = (0..own.len(), own.len()..all.len());
-        let mut slopes = self.slopes(&about, (&there[here.clone()], &units[here]), of_members, self.functions.of.len());
-        // A factor counts from the machine as it is, and its slope from the machine that has it.
-        for (k, columns) in slopes.iter_mut().enumerate() {
-            if let Some(share) = self.share(members, amplitudes, k, values, &columns[0]) {
-                columns.iter_mut().flatten().for_each(|c| *c *= share);
-            }
-        }
+        let slopes = self.slopes(&about, (&there[here.clone()], &units[here]), of_members, self.functions.of.len());
         let change = shown.iter().zip(&self.base.found.prediction.values).map(|(a, b)| a - b).collect();
         let others = self.slopes(&about, (&there[others.clone()], &units[others]), of_all, self.functions.screened);
         let of = |columns: Vec<Vec<Vec<f64>>>| columns.into_iter().map(Slope::OfFunctions).collect();
@@ -419,6 +421,15 @@ impl<'a> Log<'a> {
         }
     }
 
+    /// Units of a cause of the machine that has it per unit of the scale, in every row: with an amplitude a number moves by its logarithm, and a
+    /// factor counts from the machine as it is.
+    fn units(&self, member: usize, coefficients: &[f64]) -> Vec<f64> {
+        let (size, h) = (self.sizes[member], self.visible[member].0);
+        let positions = self.functions.course(coefficients);
+        let amplitudes = self.course(member, coefficients);
+        positions.iter().zip(amplitudes).map(|(x, amplitude)| size.slope(*x) * h.per_unit_of(amplitude)).collect()
+    }
+
     /// The course of an amplitude over all rows, in its unit.
     fn course(&self, member: usize, coefficients: &[f64]) -> Vec<f64> {
         let (least, most) = self.visible[member].0.range();
@@ -442,23 +453,6 @@ impl<'a> Log<'a> {
             acting.iter().zip(change.iter()).for_each(|(f, change)| all[*f] += change);
         }
         all
-    }
-
-    /// How much a slope about the machine that has a cause falls short of the change with a little more of it; `None` where they are one.
-    fn share(&self, members: &[usize], amplitudes: &[Vec<f64>], k: usize, values: &[f64], slope: &[f64]) -> Option<f64> {
-        if self.visible[members[k]].0.is_sensor() || amplitudes[k].iter().all(|a| *a == 0.0) {
-            return None;
-        }
-        let mut more = amplitudes.to_vec();
-        more[k][0] += STEP;
-        let Forced { problem, .. } = self.forced(members, &more)?;
-        let more = identify::values_within(&problem.study, &problem.data, self.predictor.runs.start, self.predictor.runs.tolerance).ok()?;
-        let (mut both, mut square) = (0.0, 0.0);
-        for ((more, now), slope) in more.iter().zip(values).zip(slope) {
-            both += (more - now) / STEP * slope;
-            square += slope * slope;
-        }
-        (square > 0.0 && both > 0.0).then_some(both / square)
     }
 }
 

@@ -405,6 +405,18 @@ impl Hypothesis {
         }
     }
 
+    /// By how much the same cause of a machine that has it with an amplitude moves, per unit of the amplitude. What adds moves by one.
+    pub(crate) fn per_unit_of(&self, amplitude: f64) -> f64 {
+        match self.effect {
+            // Heats with a factor 1 + a grow by the factor 1 + b to (1 + a) (1 + b).
+            Effect::Heat(Heat::Source(_)) | Effect::Common(Common::Heats) if !self.is_drift() => {
+                let grown = 1.0 + amplitude;
+                grown.signum() / grown.abs().max(f64::EPSILON)
+            }
+            _ => 1.0,
+        }
+    }
+
     /// Whether more and less of it bend so differently that logs are followed along a secant to one side.
     pub(crate) fn is_bent(&self) -> bool {
         self.effect.family().is_bent()
