@@ -290,7 +290,7 @@ impl Weighed<'_> {
     /// The machine with causes in force, of all that an explanation has.
     fn rung(&self, found: InForce<'_>, all: &[Cause], kept_out: Option<&KeptOut>) -> Result<Rung> {
         let problem = self.beside.problem;
-        let aside = found.aside();
+        let aside = &found.unpredicted()[..];
         // Predictions of other rows are of all causes together: of some of them there are none.
         let kept_out = kept_out.filter(|_| found.causes.len() == all.len());
         let predictor = self.beside.predictor();
@@ -410,7 +410,7 @@ impl Weighed<'_> {
         let empty = self.empty()?;
         let rows = Rows::under(&empty.errors, empty.looseness)?;
         let Beside { problem, base, .. } = self.beside;
-        gain(problem, base, &rows.ranges, &vec![0.0; base.found.residual.len()], &empty.errors.aside)
+        gain(problem, base, &rows.ranges, &vec![0.0; base.found.residual.len()], &empty.errors.unpredicted())
     }
 
     /// The gain of some causes with numbers of the file as the readings draw them or as the file has them, whichever predicts better, and whether
@@ -436,11 +436,12 @@ impl Weighed<'_> {
         Some(reduced.map_or(f64::INFINITY, |values| predictor.off_in_full(members, &values)))
     }
 
-    /// Whether a model leaves more open than models of careful machine files do, or a misfit beside it (a sum of squares) is no noise.
-    fn is_unusual(&self, looseness: &Looseness, misfit: f64, causes: usize) -> bool {
+    /// Whether a model leaves more open than models of careful machine files do, for certain, or a misfit beside it (a sum of squares) is no
+    /// noise.
+    fn is_unusual(&self, set: &PlaceSet, misfit: f64) -> bool {
         let settings = &self.beside.problem.settings;
-        let freedom = self.misfit.freedom.saturating_sub(causes).max(1);
-        !settings.is_usual(looseness) || chi_square_tail(misfit, freedom) < settings.alarm
+        let freedom = self.misfit.freedom.saturating_sub(set.members.len()).max(1);
+        set.lead_over_usual > (settings.certain / (1.0 - settings.certain)).ln() || chi_square_tail(misfit, freedom) < settings.alarm
     }
 
     /// The verdict.
@@ -450,13 +451,13 @@ impl Weighed<'_> {
         let answer = |verdict, level| Answer { verdict, level, set: decide::set(explanations, settings), something_else: 0.0 };
         // An alarm is given as a cause is named: where it is certain.
         let Some(best) = explanations.first().filter(|_| nothing <= 1.0 - settings.certain) else {
-            let left = self.empty().and_then(|empty| {
+            let is_open = self.empty().and_then(|empty| {
                 let rows = Rows::under(&empty.errors, empty.looseness)?;
                 let mut left = self.beside.base.found.residual.clone();
                 empty.errors.aside.iter().for_each(|i| left[*i] = 0.0);
-                Some(rows.metric(empty.looseness).square(&left))
+                Some(self.is_unusual(empty, rows.metric(empty.looseness).square(&left)))
             });
-            let is_open = left.is_none_or(|left| self.is_unusual(&self.looseness(), left, 0));
+            let is_open = is_open.unwrap_or(true);
             let level = decide::Level::nothing(nothing);
             return match is_open {
                 true => Answer { something_else: nothing, ..answer(Verdict::SomethingElse, level) },
@@ -464,7 +465,7 @@ impl Weighed<'_> {
             };
         };
         let is_small = rung.is_some_and(|rung| rung.share < settings.least_share);
-        if is_small && self.is_unusual(&best.level, best.misfit, best.causes.len()) {
+        if is_small && self.is_unusual(&self.sets[best.of], best.misfit) {
             return answer(Verdict::SomethingElse, decide::region(explanations, 0.0));
         }
         // As many numbers as readings fit anything: the prior alone would choose.

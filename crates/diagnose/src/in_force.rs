@@ -25,8 +25,7 @@ const STILL: f64 = 0.1;
 pub struct InForce<'b> {
     beside: &'b Beside<'b>,
     rows: Arc<Rows>,
-    /// Readings that are set aside.
-    aside: &'b [usize],
+    errors: &'b Errors,
     looseness: Looseness,
     /// The causes, with their amplitudes.
     pub causes: Vec<Cause>,
@@ -67,8 +66,7 @@ impl<'b> InForce<'b> {
         let deviations = rows.deviations(looseness);
         let numbers = open_numbers(beside, causes, (errors, &rows, &deviations));
         let causes = causes.to_vec();
-        let mut found =
-            Self { beside, rows, aside: &errors.aside, looseness, values: Vec::new(), slopes: Vec::new(), numbers, deviations, causes };
+        let mut found = Self { beside, rows, errors, looseness, values: Vec::new(), slopes: Vec::new(), numbers, deviations, causes };
         found.linearise()?;
         for _ in 0..MOST_STEPS {
             let Some(said) = found.said() else { return Ok(None) };
@@ -133,7 +131,7 @@ impl<'b> InForce<'b> {
         for (cause, slope) in self.causes.iter().zip(&self.slopes) {
             left.iter_mut().zip(slope).for_each(|(l, s)| *l += cause.amplitude * s);
         }
-        self.aside.iter().for_each(|i| left[*i] = 0.0);
+        self.errors.aside.iter().for_each(|i| left[*i] = 0.0);
         let left = self.rows.whiten(&left);
         let (own, shared) = (self.causes.len(), self.deviations.len());
         let mut columns = DMatrix::zeros(left.len(), own + shared);
@@ -175,9 +173,9 @@ impl<'b> InForce<'b> {
         &self.rows.ranges
     }
 
-    /// Readings that are set aside, which count for nothing.
-    pub fn aside(&self) -> &'b [usize] {
-        self.aside
+    /// Readings that count for nothing.
+    pub fn unpredicted(&self) -> Vec<usize> {
+        self.errors.unpredicted()
     }
 
     /// What the model leaves open beside the causes.
@@ -188,7 +186,7 @@ impl<'b> InForce<'b> {
     /// Misfit that the causes leave, under the covariance beside them.
     pub fn misfit(&self) -> f64 {
         let mut left = self.beside.base.left(&self.values);
-        self.aside.iter().for_each(|i| left[*i] = 0.0);
+        self.errors.aside.iter().for_each(|i| left[*i] = 0.0);
         self.rows.metric(self.looseness).square(&left)
     }
 

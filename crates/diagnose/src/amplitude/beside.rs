@@ -432,6 +432,7 @@ impl Found<'_> {
             probability: (fit.log_posterior() - whole).exp(),
             kept_out: sum_and_error(&difference(&density, &ground)),
             looseness: fit.looseness,
+            lead_over_usual: self.search.lead_over_usual(fit),
             aside: self.gross.aside(fit),
             errors: fit.errors.clone().unwrap_or_else(|| Arc::new(self.search.errors.clone())),
         }

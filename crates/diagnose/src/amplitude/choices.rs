@@ -5,7 +5,7 @@ use std::sync::{Arc, PoisonError};
 use super::evidence::{Explained, Freedom};
 use super::profiles::{Curve, Function};
 use super::rows::{Looseness, Rows};
-use super::search::{Candidate, Linear, Open, Search, Sought, near_by};
+use super::search::{Candidate, Fit, Linear, Open, Search, Sought, near_by};
 
 /// Laws of a log that one amplitude follows at most. Chosen: what asks for more is a curve.
 const MOST_LAWS: usize = 4;
@@ -78,6 +78,18 @@ impl Search<'_> {
             own.extend(near_by(&s.wanderings, at.wandering).into_iter().map(|wandering| Looseness { wandering, ..at }));
         }
         [shared, own]
+    }
+
+    /// Logarithm of the evidence of a fit over that where the model leaves no more open than is usual.
+    pub(super) fn lead_over_usual(&self, fit: &Fit) -> f64 {
+        if self.settings.is_usual(&fit.looseness) {
+            return 0.0;
+        }
+        let (own, settings) = (self.with_errors_of(fit), self.settings.within_usual());
+        let within = Search::new(own.errors, own.residual, own.candidates, &settings, None, (own.profiles, own.all_profiles));
+        let linear = own.linear_about(fit);
+        let evidence = |search: &Search<'_>, from: Looseness, sought: Sought| search.loosest(&linear, &fit.freedoms, from, sought).1;
+        evidence(&own, fit.looseness, Sought::AsItIs) - evidence(&within, Looseness::default(), Sought::All)
     }
 
     /// The looseness of the model with the largest evidence under given freedoms, found by one size at a time. A size that

@@ -86,6 +86,8 @@ pub struct PlaceSet {
     pub kept_out: (f64, f64),
     /// What the model leaves open beside it.
     pub looseness: Looseness,
+    /// Logarithm of the evidence over that where the model leaves no more open than is usual.
+    pub lead_over_usual: f64,
     /// Readings, rows and sensors of a table that it calls grossly wrong.
     pub aside: Vec<Aside>,
     /// Covariance of the readings about the machine with it in force.

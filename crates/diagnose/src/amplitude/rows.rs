@@ -138,6 +138,12 @@ impl Errors {
         all
     }
 
+    /// Readings that no machine is asked to predict, rising: those set aside, and those of rows that state a wrong condition.
+    pub fn unpredicted(&self) -> Vec<usize> {
+        let is_wrong = |i: &usize| self.wrong_conditions.iter().any(|column| column[*i] != 0.0) || self.aside.contains(i);
+        (0..self.noise.len()).filter(is_wrong).collect()
+    }
+
     /// Errors with these readings set aside, whose noise is wide (K); all others have the noise of `from`.
     pub fn without(self, aside: Vec<usize>, wide: f64, from: &Self) -> Self {
         let mut noise = from.noise.clone();

@@ -82,6 +82,22 @@ impl AmplitudeSettings {
             && looseness.wandering <= self.usual.wandering
             && looseness.noise <= self.usual.noise
     }
+
+    /// These settings where a model may leave no more open than those of careful machine files do.
+    pub(super) fn within_usual(&self) -> Self {
+        let up_to = |sizes: &[f64], usual: f64| sizes.iter().copied().filter(|size| *size <= usual).collect::<Vec<f64>>();
+        let usual = self.usual;
+        Self {
+            spreads: up_to(&self.spreads, usual.spread),
+            // Levels are as large as disturbances, and as usual.
+            disturbances: up_to(&self.disturbances, usual.disturbance.min(usual.level)),
+            condition_errors: up_to(&self.condition_errors, usual.conditions),
+            noises: up_to(&self.noises, usual.noise),
+            wandering_heats: up_to(&self.wandering_heats, usual.disturbance),
+            wanderings: up_to(&self.wanderings, usual.wandering),
+            ..self.clone()
+        }
+    }
 }
 
 impl Default for AmplitudeSettings {
