@@ -4,7 +4,7 @@ use coldplate_base::document::Document;
 use coldplate_base::progress::Silent;
 use coldplate_base::random::Random;
 use coldplate_describe::machine::Condition;
-use coldplate_diagnose::{AmplitudeSettings, PlaceAndKind, PlaceSet, Problem, places};
+use coldplate_diagnose::{AmplitudeSettings, Law, PlaceAndKind, PlaceSet, Problem, places};
 use coldplate_evidence::identify;
 use coldplate_evidence::measurement::{Data, MeasurementUncertainty, ReadingRow, VariableUncertainty};
 use coldplate_explore::simulate::Start;
@@ -200,6 +200,19 @@ fn large_effects() {
     assert!(only(&set, "contact conductance", "foot").amplitudes.iter().all(|a| (a - 0.4f64.ln()).abs() < 0.06));
     let set = front("mass", &log(7, &Truth { lines: &[("node.spindle.capacity", "\"24 kJ/K\"")], shown: AS_IT_IS }));
     assert!(only(&set, "heat capacity", "spindle").amplitudes.iter().all(|a| (a / 21e3 - 1.0).abs() < 0.1));
+}
+
+/// A contact that conducts less the warmer it is: by 0.35 in the logarithm per 10 K, and not less throughout.
+#[test]
+fn a_contact_follows_its_temperature() {
+    let row = |celsius: i32| format!("[\"{celsius} degC\", \"{} W/(m2 K)\"]", 600.0 * (-0.035 * f64::from(celsius - 20)).exp());
+    let rows: Vec<String> = (2..=16).map(|i| row(5 * i)).collect();
+    let table = rows.join(", ");
+    let line = format!("{{ between = [\"bearing\", \"housing\"], area = \"0.01 m2\", temperature_table = [{table}] }}");
+    let set = front("drift", &log(11, &Truth { lines: &[("contact.outer", &line)], shown: AS_IT_IS }));
+    let own = only(&set, "contact conductance", "outer");
+    assert_eq!(own.hypothesis.law, Law::Temperature);
+    assert!(own.amplitudes.iter().all(|a| (a + 0.35).abs() < 0.05), "{:?}", own.amplitudes);
 }
 
 /// Two readings that a logger wrote wrong, one of them the last: they are said, and are no cause; a cause beside them is found.
