@@ -424,7 +424,7 @@ pub struct Diagnosis {
 }
 
 impl Diagnosis {
-    /// Parts of a table that the answer calls grossly wrong: those of the most probable explanation where causes are named, else of none.
+    /// Parts of the data that the answer calls grossly wrong: those of the most probable explanation where causes are named, else of none.
     pub fn aside(&self) -> &[Aside] {
         let best = self.explanations.first().filter(|_| self.verdict.names_causes()).and_then(|best| self.places.sets.get(best.of));
         let set = best.or_else(|| self.places.sets.iter().find(|set| set.members.is_empty()));

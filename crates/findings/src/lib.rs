@@ -174,11 +174,11 @@ impl Findings<'_> {
                 let (readings, aside) = match found.aside().len() {
                     0 => ("The readings".into(), ""),
                     1 => (
-                        "Without the part of the table that is set aside as grossly wrong the readings".into(),
+                        "Without the part of the data that is set aside as grossly wrong the readings".into(),
                         " Check that part first: a cause that acts in it alone looks the same.",
                     ),
                     n => (
-                        format!("Without {n} parts of the table that are set aside as grossly wrong the readings"),
+                        format!("Without {n} parts of the data that are set aside as grossly wrong the readings"),
                         " Check these parts first: a cause that acts in them alone looks the same.",
                     ),
                 };

@@ -65,12 +65,15 @@ pub struct PlaceSetRecord {
     pub set_aside: Vec<AsideRecord>,
 }
 
-/// A part of the table that a set calls grossly wrong: a reading, a whole row, a whole sensor, or a condition of a row.
+/// A part of the data that a set calls grossly wrong: a reading, a whole row, a whole sensor, or a condition of a row.
 #[derive(Debug, Clone, Serialize)]
 #[allow(missing_docs)]
 pub struct AsideRecord {
     /// Row by its name; none for a whole sensor.
     pub test: Option<String>,
+    /// Time of a row of a log since the start of its test, s.
+    #[serde(rename = "time_s", skip_serializing_if = "Option::is_none")]
+    pub time: Option<f64>,
     /// Line of the file.
     pub line: Option<usize>,
     /// Sensor; none for a whole row or a condition.
@@ -227,6 +230,7 @@ fn aside_record(problem: &Problem, own: &Aside) -> AsideRecord {
     });
     AsideRecord {
         test: row.map(|row| row.test.clone()),
+        time: row.and_then(|row| row.time),
         line: row.and_then(|row| row.line),
         sensor: own.sensor.map(|k| data.names[k].clone()),
         condition: variable.map(|variable| variable.name.clone()),
@@ -236,7 +240,7 @@ fn aside_record(problem: &Problem, own: &Aside) -> AsideRecord {
     }
 }
 
-/// Parts of the table that the answer calls grossly wrong, in words.
+/// Parts of the data that the answer calls grossly wrong, in words.
 pub fn set_aside(found: &Findings<'_>) -> Vec<String> {
     found.diagnosis.aside().iter().map(|own| aside_in_words(&aside_record(found.problem, own))).collect()
 }
@@ -246,13 +250,14 @@ fn aside_in_words(own: &AsideRecord) -> String {
     let (off, unit) = (significant(own.off.abs(), 3), &own.unit);
     let more = if own.off > 0.0 { "more" } else { "less" };
     let line = own.line.map_or(String::new(), |line| format!(" (line {line})"));
+    let at = own.time.map_or(String::new(), |time| format!(" at {} s", significant(time, 9)));
     match (&own.test, &own.sensor, own.stuck_at) {
         (Some(test), None, _) if own.condition.is_some() => {
             let condition = own.condition.as_deref().unwrap_or_default();
             format!("the {condition} that {test}{line} states: {off} {unit} {more} than its readings ask for")
         }
         (Some(test), Some(sensor), _) => {
-            format!("the reading of {sensor} in {test}{line}: {off} {unit} {more} than the others say")
+            format!("the reading of {sensor} in {test}{at}{line}: {off} {unit} {more} than the others say")
         }
         (Some(test), None, _) => format!("all readings of {test}{line}: {off} {unit} from what the other rows say"),
         (None, sensor, Some(value)) => {

@@ -256,7 +256,7 @@ fn what_is_set_aside_stands_in_the_first_sentence() {
     let found = json(&coldplate(&["diagnose", &machine, &table, "--cells", "600", "--json", "--quiet"]));
     let headline = found["headline"].as_str().unwrap();
     assert_eq!(found["verdict"], "consistent", "{headline}");
-    assert!(headline.starts_with("Without the part of the table that is set aside as grossly wrong"), "{headline}");
+    assert!(headline.starts_with("Without the part of the data that is set aside as grossly wrong"), "{headline}");
     assert!(!headline.contains("misfit"), "{headline}");
     std::fs::remove_dir_all(&folder).unwrap();
 }

@@ -78,6 +78,15 @@ fn defaults_of_the_machine_file_are_carried() {
     assert!(output.status.code() == Some(0) && text.starts_with("coolant_flow 4 L/min\n"), "{text}{}", crate::common::message(&output));
     let answer = crate::common::json(&crate::common::coldplate(&["query", &file, "--json"]));
     assert!((answer["temperatures"]["motor"]["degC"].as_f64().unwrap() - 36.0).abs() < 0.01, "{answer}");
+    // Rows of a table that lack a column take the default too, and show it.
+    let rows = folder.join("rows.csv");
+    std::fs::write(&rows, "test\nfirst\nsecond\n").unwrap();
+    let output = crate::common::coldplate(&["query", &file, "--csv", rows.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(0), "{}", crate::common::message(&output));
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    let lines: Vec<&str> = text.lines().collect();
+    let flow = lines[0].split(',').position(|cell| cell.starts_with("coolant_flow")).unwrap_or_else(|| panic!("{text}"));
+    assert!(lines.len() == 3 && lines[1..].iter().all(|line| line.split(',').nth(flow) == Some("4")), "{text}");
 }
 
 /// Outside the fitted range no probability is known, and none is shown; inside it is.

@@ -88,7 +88,7 @@ pub struct PlaceSet {
     pub looseness: Looseness,
     /// Logarithm of the evidence over that where the model leaves no more open than is usual.
     pub lead_over_usual: f64,
-    /// Readings, rows and sensors of a table that it calls grossly wrong.
+    /// Readings that it calls grossly wrong, and of a table rows, sensors and conditions.
     pub aside: Vec<Aside>,
     /// Covariance of the readings about the machine with it in force.
     pub(crate) errors: Arc<Errors>,
