@@ -188,7 +188,7 @@ impl<'p> Beside<'p> {
         let row_of = consecutive(places.iter().zip(&is_first).map(|((row, _), first)| if *first { *row } else { usize::MAX }));
         let errors = Errors { row_of, ..log.errors() };
         let is_costly = self.problem.study.model.mesh.cells > 0;
-        let means = candidates(&predictor, &visible, &sizes, !is_costly);
+        let means = candidates(&predictor, (&visible, &sizes), !is_costly, settings);
         let in_time = |own: Candidate| own.in_time(Vec::new(), false);
         let means: Vec<Candidate> = means.into_iter().map(in_time).collect();
         let (profiles, _) = log.profiles();
@@ -217,7 +217,7 @@ impl<'p> Beside<'p> {
         let is_log = problem.data.is_transient();
         let sizes = self.sizes(&visible);
         let is_costly = problem.study.model.mesh.cells > 0;
-        let mut candidates = candidates(&predictor, &visible, &sizes, !is_costly);
+        let mut candidates = candidates(&predictor, (&visible, &sizes), !is_costly, settings);
         let residual = &base.found.residual;
         let in_time = |log: &Log<'_>, along: &[Vec<Vec<f64>>], m: usize, own: Candidate| {
             let may_run = own.may_run && force::runs(&predictor, visible[m].0);
@@ -483,12 +483,18 @@ fn is_straight(h: &Hypothesis) -> bool {
     h.is_fixed() || h.reads_course() || matches!(h.effect, Effect::Heat(_) | Effect::User(_))
 }
 
-/// Causes with their answers, each as often to blame as its kind is.
-fn candidates(predictor: &Predictor<'_>, visible: &[(&Hypothesis, &Vec<f64>)], sizes: &[Sizing], is_solved: bool) -> Vec<Candidate> {
+/// Causes with their answers, each as often to blame as its kind is. A law is a choice that is not the plainest, and pays for it.
+fn candidates(
+    predictor: &Predictor<'_>,
+    (visible, sizes): (&[(&Hypothesis, &Vec<f64>)], &[Sizing]),
+    is_solved: bool,
+    settings: &AmplitudeSettings,
+) -> Vec<Candidate> {
     let mut of_kind: HashMap<&str, usize> = HashMap::new();
     visible.iter().for_each(|(h, _)| *of_kind.entry(h.kind()).or_default() += 1);
+    let price = |h: &Hypothesis| if h.law == h.effect.usual_law() { 0.0 } else { settings.choice_price };
     let one = |(own, size): (&(&Hypothesis, &Vec<f64>), &Sizing)| Candidate {
-        rate: own.0.rate(of_kind[own.0.kind()]),
+        rate: own.0.rate(of_kind[own.0.kind()]) * (-price(own.0)).exp(),
         ..candidate(predictor, *own, *size, is_solved)
     };
     visible.par_iter().zip(sizes).map(one).collect()

@@ -24,8 +24,9 @@ use crate::low_rank::low_rank;
 use crate::predictor::Predictor;
 use crate::view::Comparison;
 use crate::when::TEST_NUMBER;
+use coldplate_base::units::Measurand;
 use coldplate_describe::machine::Condition;
-use coldplate_evidence::measurement::{Data, ReadingRow, TIME, whiten};
+use coldplate_evidence::measurement::{Data, TIME, whiten};
 use coldplate_explore::simulate::Start;
 use coldplate_network::Load;
 use coldplate_solve::study::Study;
@@ -321,23 +322,22 @@ impl<'a> Log<'a> {
     }
 
     /// Standard deviation of the temperature of each group at the start of each test, K: where a sensor is, what it may be off by and what the
-    /// start leaves out of its first reading; elsewhere how far the readings go in the course of the log.
+    /// start leaves out of its first reading; elsewhere how far the sensors, the surroundings and the water are from the sensors' mean.
     fn starts(&self, study: &Study, groups: &[u32]) -> Vec<f64> {
         let (data, uncertainty) = (&self.problem.data, &self.problem.uncertainty);
-        let network = &study.model.network;
+        let (network, measurands) = (&study.model.network, data.measurands(&study.model.machine));
         let mut all = Vec::new();
         for test in data.tests() {
             let rows: Vec<_> = data.rows.iter().filter(|row| row.test == test).collect();
             let Some(first) = rows.iter().find(|row| row.has_readings()) else { continue };
-            let begun: Vec<f64> = first.readings.iter().flatten().copied().collect();
+            let is_temperature = |k: usize| measurands[k] == Measurand::Temperature;
+            let begun: Vec<f64> = first.readings.iter().enumerate().filter(|(k, _)| is_temperature(*k)).filter_map(|(_, t)| *t).collect();
             let mean = begun.iter().sum::<f64>() / begun.len().max(1) as f64;
-            let moved = |row: &ReadingRow| {
-                let own = row.readings.iter().zip(&first.readings);
-                own.filter_map(|(now, then)| Some((now.as_ref()? - then.as_ref()?).powi(2))).collect::<Vec<f64>>()
-            };
-            let squares: Vec<f64> = rows.iter().flat_map(|row| moved(row)).collect();
-            let course = (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt();
-            let apart = begun.iter().map(|t| (t - mean).powi(2)).sum::<f64>() / begun.len().max(1) as f64;
+            let load = Load::at(&study.model.machine, &first.condition).ok();
+            let around = load.iter().flat_map(|load| load.inlets.iter().copied().chain([load.chamber]));
+            let apart: Vec<f64> = begun.iter().copied().chain(around).map(|t| (t - mean).powi(2)).collect();
+            let apart = apart.iter().sum::<f64>() / apart.len().max(1) as f64;
+            let least = uncertainty.noise.iter().zip(&uncertainty.bias).map(|(noise, bias)| noise.hypot(*bias)).fold(0.0, f64::max);
             for group in groups {
                 let is_in = |k: &usize| network.sensors[data.sensors[*k]].weights.iter().any(|(n, _)| network.group[*n as usize] == *group);
                 let own = (0..data.sensors.len()).find(|k| is_in(k) && first.readings[*k].is_some());
@@ -346,7 +346,7 @@ impl<'a> Log<'a> {
                         let left_out = if self.problem.start == Start::Parts { 0.0 } else { first.readings[k].map_or(0.0, |t| t - mean) };
                         uncertainty.noise[k].hypot(uncertainty.bias[k]).hypot(left_out)
                     }
-                    None => course.hypot(apart.sqrt()),
+                    None => least.hypot(apart.sqrt()),
                 });
             }
         }

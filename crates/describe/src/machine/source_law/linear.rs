@@ -43,10 +43,10 @@ impl LinearPower {
     /// The law with all keys at their defaults: the power is constant.
     pub(crate) const UNSTATED: Self = Self { coefficient: 0.0, reference: 293.15 };
 
-    /// Derivative of the power with respect to the coefficient, W K, at a temperature (K) at which the power is not
-    /// zero.
+    /// Derivative of the power with respect to the coefficient, W K, at a temperature (K); none where the power is zero.
     pub fn per_coefficient(&self, base: f64, temperature: f64) -> f64 {
-        base * (temperature - self.reference)
+        let rise = temperature - self.reference;
+        if 1.0 + self.coefficient * rise > 0.0 { base * rise } else { 0.0 }
     }
 }
 
