@@ -74,15 +74,12 @@ impl<'a> Gross<'a> {
 
     /// Readings of a part, rising.
     fn readings(&self, part: Part) -> Vec<usize> {
-        if let Part::Reading(own) = part {
-            return vec![own];
+        let all = 0..self.places.len();
+        match part {
+            Part::Reading(own) => vec![own],
+            Part::Row(row) | Part::Condition { row, .. } => all.filter(|i| self.search.errors.row_of[*i] == row).collect(),
+            Part::Sensor(sensor) => all.filter(|i| self.places[*i].1 == sensor).collect(),
         }
-        let is_own = |i: &usize| match part {
-            Part::Reading(own) => *i == own,
-            Part::Row(row) | Part::Condition { row, .. } => self.search.errors.row_of[*i] == row,
-            Part::Sensor(sensor) => self.places[*i].1 == sensor,
-        };
-        (0..self.places.len()).filter(is_own).collect()
     }
 
     /// Change of every reading with what a row states of a condition that is wrong, K.

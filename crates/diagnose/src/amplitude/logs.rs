@@ -6,6 +6,7 @@
 //! run there is no such machine; there columns are differences of runs, amplitudes are alike in all rows, and so is the disturbance in each
 //! test.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector, SVD};
@@ -211,23 +212,16 @@ impl<'a> Log<'a> {
         let units: Vec<f64> = self.sizes.iter().map(|size| size.slope(0.0)).collect();
         let scaled = |((_, column), unit): (&(&Hypothesis, &Vec<f64>), &f64)| column.iter().map(|c| c * unit).collect::<Vec<f64>>();
         let means: Vec<Vec<f64>> = self.visible.iter().zip(&units).map(scaled).collect();
-        let units: Vec<Vec<f64>> = units.into_iter().map(|unit| vec![unit; self.problem.data.rows.len()]).collect();
+        let units: Vec<Units> = units.into_iter().map(Units::Alike).collect();
         self.slopes(&self.as_it_is(), (&own, &units), means, self.functions.screened)
     }
 
     /// Slopes of the readings in causes by the first functions of the rows, K per scale, about a machine in which `means` are those in the mean.
-    /// `units` are the causes' own units per unit of the scale, row by row.
-    fn slopes(
-        &self,
-        about: &About<'_>,
-        (own, units): (&[Hypothesis], &[Vec<f64>]),
-        means: Vec<Vec<f64>>,
-        count: usize,
-    ) -> Vec<Vec<Vec<f64>>> {
+    /// `units` are the causes' own units per unit of the scale.
+    fn slopes(&self, about: &About<'_>, (own, units): (&[Hypothesis], &[Units]), means: Vec<Vec<f64>>, count: usize) -> Vec<Vec<Vec<f64>>> {
         let courses: Vec<Vec<f64>> = (1..count).map(|f| self.functions.functions.column(f).iter().copied().collect()).collect();
-        let product = |units: &Vec<f64>, course: &Vec<f64>| units.iter().zip(course).map(|(unit, f)| unit * f).collect::<Vec<f64>>();
-        let products: Vec<Vec<Vec<f64>>> =
-            units.iter().map(|units| courses.iter().map(|course| product(units, course)).collect()).collect();
+        let products: Vec<Vec<Cow<'_, [f64]>>> =
+            units.iter().map(|units| courses.iter().map(|course| units.times(course)).collect()).collect();
         let courses_of =
             |h: usize| products[h].iter().enumerate().map(move |(c, values)| (h, Along { values, is_held: self.is_step(c + 1) }));
         let wanted: Vec<(usize, Along<'_>)> = (0..own.len()).filter(|h| !own[*h].is_sensor()).flat_map(courses_of).collect();
@@ -238,7 +232,7 @@ impl<'a> Log<'a> {
         let places = whiten::places(about.data);
         let mut all: Vec<Vec<Vec<f64>>> = means.into_iter().map(|mean| vec![mean]).collect();
         for ((h, _), column) in wanted.iter().zip(found) {
-            all[*h].push(column.unwrap_or_else(|| vec![0.0; places.len()]));
+            all[*h].push(units[*h].scaled(column.unwrap_or_else(|| vec![0.0; places.len()])));
         }
         // What acts on a reading acts at its own row.
         for (_, columns) in all.iter_mut().enumerate().filter(|(h, _)| own[*h].is_sensor()) {
@@ -332,19 +326,21 @@ impl<'a> Log<'a> {
             let Some(first) = rows.iter().find(|row| row.has_readings()) else { continue };
             let is_temperature = |k: usize| measurands[k] == Measurand::Temperature;
             let begun: Vec<f64> = first.readings.iter().enumerate().filter(|(k, _)| is_temperature(*k)).filter_map(|(_, t)| *t).collect();
-            let mean = begun.iter().sum::<f64>() / begun.len().max(1) as f64;
             let load = Load::at(&study.model.machine, &first.condition).ok();
             let around = load.iter().flat_map(|load| load.inlets.iter().copied().chain([load.chamber]));
-            let apart: Vec<f64> = begun.iter().copied().chain(around).map(|t| (t - mean).powi(2)).collect();
-            let apart = apart.iter().sum::<f64>() / apart.len().max(1) as f64;
-            let least = uncertainty.noise.iter().zip(&uncertainty.bias).map(|(noise, bias)| noise.hypot(*bias)).fold(0.0, f64::max);
+            let all_begun: Vec<f64> = begun.iter().copied().chain(around).collect();
+            let known = if begun.is_empty() { &all_begun } else { &begun };
+            let mean = known.iter().sum::<f64>() / known.len().max(1) as f64;
+            let apart = all_begun.iter().map(|t| (t - mean).powi(2)).sum::<f64>() / all_begun.len().max(1) as f64;
+            let own_error = |k: usize| uncertainty.noise[k].hypot(uncertainty.bias[k]);
+            let least = (0..data.sensors.len()).filter(|k| is_temperature(*k)).map(own_error).fold(0.0, f64::max);
             for group in groups {
                 let is_in = |k: &usize| network.sensors[data.sensors[*k]].weights.iter().any(|(n, _)| network.group[*n as usize] == *group);
                 let own = (0..data.sensors.len()).find(|k| is_in(k) && first.readings[*k].is_some());
                 all.push(match own {
                     Some(k) => {
                         let left_out = if self.problem.start == Start::Parts { 0.0 } else { first.readings[k].map_or(0.0, |t| t - mean) };
-                        uncertainty.noise[k].hypot(uncertainty.bias[k]).hypot(left_out)
+                        own_error(k).hypot(left_out)
                     }
                     None => least.hypot(apart.sqrt()),
                 });
@@ -377,16 +373,18 @@ impl<'a> Log<'a> {
         let all: Vec<usize> = members.iter().chain(&asked).copied().collect();
         let there: Vec<Hypothesis> = all.iter().map(|m| same(self.visible[*m].0)).collect();
         let of_members = members.iter().zip(amplitudes).map(|(m, own)| self.units(*m, own));
-        let units: Vec<Vec<f64>> = of_members.chain(asked.iter().map(|m| vec![self.sizes[*m].slope(0.0); data.rows.len()])).collect();
-        let wanted: Vec<(usize, Along<'_>)> = units.iter().enumerate().map(|(h, units)| (h, Along::straight(units))).collect();
+        let units: Vec<Units> = of_members.chain(asked.iter().map(|m| Units::Alike(self.sizes[*m].slope(0.0)))).collect();
+        let ones = vec![1.0; data.rows.len()];
+        let courses: Vec<Cow<'_, [f64]>> = units.iter().map(|units| units.times(&ones)).collect();
+        let wanted: Vec<(usize, Along<'_>)> = courses.iter().enumerate().map(|(h, course)| (h, Along::straight(course))).collect();
         let columns = self.follower(&about)?.along(&there, &wanted, self.stride).ok()?;
         let shown = force::shown((&scales, &problem), values, &laws, None);
         let mean = |(k, column): (usize, Option<Vec<f64>>)| match column {
             _ if there[k].is_sensor() => {
-                let more = force::shown((&scales, &problem), values, &laws, Some((k, &there[k], STEP * units[k][0])));
+                let more = force::shown((&scales, &problem), values, &laws, Some((k, &there[k], STEP * self.sizes[all[k]].slope(0.0))));
                 more.iter().zip(&shown).map(|(a, b)| (a - b) / STEP).collect()
             }
-            column => column.unwrap_or_else(|| vec![0.0; values.len()]),
+            column => units[k].scaled(column.unwrap_or_else(|| vec![0.0; values.len()])),
         };
         let mut of_members: Vec<Vec<f64>> = columns.into_iter().enumerate().map(mean).collect();
         let of_all = of_members.split_off(own.len());
@@ -421,13 +419,17 @@ impl<'a> Log<'a> {
         }
     }
 
-    /// Units of a cause of the machine that has it per unit of the scale, in every row: with an amplitude a number moves by its logarithm, and a
-    /// factor counts from the machine as it is.
-    fn units(&self, member: usize, coefficients: &[f64]) -> Vec<f64> {
+    /// Units of a cause of the machine that has it per unit of the scale: with an amplitude a number moves by its logarithm, and a factor counts
+    /// from the machine as it is.
+    fn units(&self, member: usize, coefficients: &[f64]) -> Units {
         let (size, h) = (self.sizes[member], self.visible[member].0);
         let positions = self.functions.course(coefficients);
         let amplitudes = self.course(member, coefficients);
-        positions.iter().zip(amplitudes).map(|(x, amplitude)| size.slope(*x) * h.per_unit_of(amplitude)).collect()
+        let units = positions.iter().zip(amplitudes).map(|(x, amplitude)| size.slope(*x) * h.per_unit_of(amplitude)).collect::<Vec<f64>>();
+        match units.first() {
+            Some(first) if units.iter().all(|unit| unit == first) => Units::Alike(*first),
+            _ => Units::OfRows(units),
+        }
     }
 
     /// The course of an amplitude over all rows, in its unit.
@@ -453,6 +455,32 @@ impl<'a> Log<'a> {
             acting.iter().zip(change.iter()).for_each(|(f, change)| all[*f] += change);
         }
         all
+    }
+}
+
+/// A cause's own units per unit of its scale. Few causes have others in every row, and logs many rows.
+enum Units {
+    /// Alike in all rows.
+    Alike(f64),
+    /// In every row.
+    OfRows(Vec<f64>),
+}
+
+impl Units {
+    /// A course times those that are not alike.
+    fn times<'c>(&self, course: &'c [f64]) -> Cow<'c, [f64]> {
+        match self {
+            Self::Alike(_) => Cow::Borrowed(course),
+            Self::OfRows(units) => units.iter().zip(course).map(|(unit, f)| unit * f).collect(),
+        }
+    }
+
+    /// A column times those that are alike.
+    fn scaled(&self, mut column: Vec<f64>) -> Vec<f64> {
+        if let Self::Alike(unit) = self {
+            column.iter_mut().for_each(|c| *c *= unit);
+        }
+        column
     }
 }
 
