@@ -61,27 +61,34 @@ impl Reached {
 }
 
 /// Tunes from scratch on systems of more and more rows. On the first, a few steps are taken from each starting point, and the search
-/// goes on from the best. On each further one it goes on from the best of all ends so far, as that system judges them: fewer rows may
-/// take a rough function for noise.
+/// goes on from the best. On each further one it goes on from the best of all ends so far, as that system judges them. Fewer rows may
+/// take a rough function for noise: where the criterion falls by less than the logarithm of the rows grows, as it does of noise, the
+/// search goes on from the starting points too.
 ///
 /// The criterion is a mean over rows, so that its minimum and its curvature on some of the rows are nearly those on all, where a step
 /// costs the third power of their number.
 pub(crate) fn tune(systems: &[RbfSystem], kernel: Kernel, criterion: Criterion, steps: usize) -> Option<Tuned> {
-    let (first, last) = (systems.first()?, systems.last()?);
-    let start = |(scale, smoothing): &(f64, f64)| {
-        let mut p = vec![scale.ln(); first.active().len()];
-        p.push(smoothing.ln());
-        search(first, kernel, Reached::start(p), criterion, FIRST_STEPS.min(steps))
-    };
-    let mut ends: Vec<Reached> = STARTS.iter().filter_map(start).collect();
-    for (level, system) in systems.iter().enumerate() {
-        if level > 0 {
-            let judged = |end: &Reached| system.judge(kernel, &end.parameters, criterion).map_or(f64::INFINITY, |(value, _)| value);
-            ends.iter_mut().for_each(|end| end.value = judged(end));
-        }
+    let last = systems.last()?;
+    let mut ends: Vec<Reached> = Vec::new();
+    let mut before: Option<(f64, f64)> = None;
+    for system in systems {
+        let judged = |end: &Reached| system.judge(kernel, &end.parameters, criterion).map_or(f64::INFINITY, |(value, _)| value);
+        ends.iter_mut().for_each(|end| end.value = judged(end));
         ends.sort_by(|a, b| a.value.total_cmp(&b.value));
-        let further = search(system, kernel, ends.first()?.clone(), criterion, steps)?;
-        ends.insert(0, further);
+        let mut from: Vec<Reached> = ends.first().cloned().into_iter().collect();
+        let log_rows = (system.values().first().map_or(0, Vec::len) as f64).ln();
+        let falls = |best: &Reached, (value, rows): (f64, f64)| value - best.value > log_rows - rows;
+        if !from.first().zip(before).is_some_and(|(best, before)| falls(best, before)) {
+            let start = |(scale, smoothing): &(f64, f64)| {
+                let mut p = vec![scale.ln(); system.active().len()];
+                p.push(smoothing.ln());
+                search(system, kernel, Reached::start(p), criterion, FIRST_STEPS.min(steps))
+            };
+            from.extend(STARTS.iter().filter_map(start).min_by(|a, b| a.value.total_cmp(&b.value)));
+        }
+        let further = from.into_iter().filter_map(|end| search(system, kernel, end, criterion, steps));
+        ends.insert(0, further.min_by(|a, b| a.value.total_cmp(&b.value))?);
+        before = ends.first().map(|end| (end.value, log_rows));
     }
     scored(last, kernel, ends.swap_remove(0).parameters)
 }
@@ -205,11 +212,15 @@ mod tests {
     use super::*;
     use coldplate_base::random::Random;
 
-    /// A search that begins on a quarter and half of the rows ends where one on all of them ends, or better: of a smooth function, of one that a
-    /// quarter takes for noise, and of noise.
+    /// A search that begins on a quarter and half of the rows ends where one on all of them ends, or better: of a function that a quarter takes
+    /// for noise, and of noise. Of a smooth function both leave less than a ten-thousandth of it.
     #[test]
     fn a_search_that_begins_on_some_of_the_rows_ends_as_well() {
-        let mut random = Random::new(5);
+        (1..7).for_each(ends_as_well);
+    }
+
+    fn ends_as_well(seed: u64) {
+        let mut random = Random::new(seed);
         let rows: Vec<Vec<f64>> = (0..160).map(|_| (0..2).map(|_| 2.0 * random.unit() - 1.0).collect()).collect();
         let noise: Vec<f64> = rows.iter().map(|_| 0.1 * random.normal()).collect();
         let smooth = |u: &[f64]| (2.0 * u[0]).sin() + u[0] * u[1];
@@ -226,12 +237,13 @@ mod tests {
             for (name, y) in &functions {
                 let of = |counts: &[usize]| {
                     let systems: Vec<RbfSystem> = counts.iter().map(|count| system(*count, y)).collect();
-                    let found = tune(&systems, Kernel::Gaussian, criterion, 60).unwrap();
+                    let found = tune(&systems, Kernel::Gaussian, criterion, 30).unwrap();
                     systems.last().unwrap().judge(Kernel::Gaussian, &found.parameters, criterion).unwrap().0
                 };
                 let (staged, whole) = (of(&[40, 80, 160]), of(&[160]));
                 // A tenth in the criterion is a twentieth of the error.
-                assert!(staged < whole + 0.1, "{name}, {criterion:?}: {staged} and {whole}");
+                let is_small = *name == "smooth" && staged.max(whole) < 2.0 * 1e-4f64.ln();
+                assert!(staged < whole + 0.1 || is_small, "seed {seed}, {name}, {criterion:?}: {staged} and {whole}");
             }
         }
     }
