@@ -39,11 +39,16 @@ impl Search<'_> {
         let chosen = |is: bool| s.choice_price * f64::from(u8::from(is));
         // A curve pays for the choice of its variable and its length too, what is in proportion for that of its variable; a law is paid for
         // where it is chosen.
-        let (curves, laws) = (self.all_profiles.curves(), self.all_profiles.laws().len().max(1));
-        let is_smooth = |(own, _): &(Curve, f64)| curves.contains(own);
-        let curve = |f: &Freedom| f.curve.filter(is_smooth).map_or(0.0, |_| s.choice_price + (curves.len() as f64).ln());
-        let law = |f: &Freedom| f64::from(f.law.count_ones()) * (s.choice_price + (laws as f64).ln());
-        freedoms.iter().map(|f| chosen(f.freedom > 0.0) + self.price_of_size(f.size) + curve(f) + law(f)).sum::<f64>()
+        let curve = |(own, _): (Curve, f64)| {
+            let curves = self.all_profiles.curves();
+            if curves.contains(&own) { s.choice_price + (curves.len() as f64).ln() } else { 0.0 }
+        };
+        let law = |count: u32| f64::from(count) * (s.choice_price + (self.all_profiles.laws().len().max(1) as f64).ln());
+        let of = |f: &Freedom| {
+            let laws = if f.law == 0 { 0.0 } else { law(f.law.count_ones()) };
+            chosen(f.freedom > 0.0) + self.price_of_size(f.size) + f.curve.map_or(0.0, curve) + laws
+        };
+        freedoms.iter().map(of).sum::<f64>()
             + s.spread_price * looseness.spread
             + s.disturbance_price * (looseness.disturbance + looseness.level)
             + s.condition_price * looseness.conditions
@@ -223,15 +228,17 @@ impl Search<'_> {
         for (m, candidate) in open.members {
             let is_tried = |f: &usize| {
                 let function = self.profiles.of[*f];
-                let may_follow =
-                    function == Function::Constant || open.with_curves && self.may_follow(&self.candidates[*candidate], function);
-                may_follow || followed[*m].contains(f)
+                function == Function::Constant || self.may_follow(&self.candidates[*candidate], function) || followed[*m].contains(f)
             };
-            followed[*m] = (0..self.profiles.of.len()).filter(is_tried).collect();
+            if self.is_log() {
+                followed[*m] = (0..self.profiles.of.len()).filter(is_tried).collect();
+            }
         }
         let mut best = (freedoms.to_vec(), f64::NEG_INFINITY);
         let Some(explained) = self.explained(linear, looseness, &followed) else { return best };
         for (m, candidate) in open.members {
+            let Some(beside) = explained.one_cause(*m, &best.0, looseness) else { continue };
+            let mut gain = beside.gains();
             // Laws grow by a variable at a time, as long as each is worth its price.
             for kind in [0, 1].into_iter().chain(std::iter::repeat_n(2, MOST_LAWS)) {
                 let before = best.1;
@@ -239,7 +246,7 @@ impl Search<'_> {
                 for way in &self.ways(best.0[*m], open.with_curves, (&self.candidates[*candidate], &amplitudes[*m]))[kind] {
                     let mut freedoms = best.0.clone();
                     freedoms[*m] = *way;
-                    let log = explained.log_evidence(&freedoms, looseness).map(|log| log - self.price(&freedoms, looseness));
+                    let log = gain(way).map(|gain| beside.without + gain - self.price(&freedoms, looseness));
                     tried.extend(log.filter(|log| *log > best.1).map(|log| (freedoms, log)));
                 }
                 tried.sort_by(|a, b| b.1.total_cmp(&a.1));

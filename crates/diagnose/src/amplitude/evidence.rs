@@ -9,6 +9,7 @@
 //! In logs a reading answers to all amplitudes before it: x_m is a column for each function of time that the amplitude may follow, and d is
 //! left out. Nothing then changes the metric, and the columns that all sets share are eliminated once.
 
+mod one_cause;
 mod posterior;
 
 use std::sync::{Arc, Mutex, PoisonError};
@@ -18,7 +19,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use super::profiles::{Curve, Function, Profiles};
 use super::response::Slope;
 use super::rows::{Looseness, Rows};
-pub use posterior::Functions;
+pub use one_cause::Functions;
 
 /// Standard deviation of what is in proportion to a variable, as a share of that of the mean amplitude. Chosen: a law is about as large as
 /// what it is a law of.
@@ -236,9 +237,10 @@ impl<'a> Explained<'a> {
         // Only the triangle below the diagonal is read.
         let mut matrix = DMatrix::from_fn(size + 1, size + 1, |i, j| if i >= j { scaled(j, i) } else { 0.0 });
         if is_free {
-            let (taken, own) = self.taken_from(&acting, freedoms)?;
+            let in_row = |row: usize, cause: usize, k: usize| acting[k].1 * self.own[row].0[(cause, acting[k].0)];
+            let (taken, own) = self.taken_from(acting.len(), in_row, freedoms)?;
             determinant += own;
-            matrix.gemm(-1.0, &taken, &taken.transpose(), 1.0);
+            matrix.gemm_tr(-1.0, &taken, &taken, 1.0);
         }
         (0..size).for_each(|k| matrix[(k, k)] += 1.0);
         let factor = Cholesky::new(matrix.view((0, 0), (size, size)).into_owned())?;
@@ -248,27 +250,30 @@ impl<'a> Explained<'a> {
         Some(-0.5 * (matrix[(size, size)] - along.norm_squared() + determinant))
     }
 
-    /// Root of all that the deviations of the rows take from the products of shared and profiled columns with each other, one line for each
-    /// column; with the logarithm of the determinant of these deviations. `columns` are given by place and standard deviation.
-    fn taken_from(&self, columns: &[(usize, f64)], freedoms: &[Freedom]) -> Option<(DMatrix<f64>, f64)> {
+    /// Coordinates C of so many columns along the deviations of the rows, which take C' C from the products of these columns; with the logarithm of
+    /// the determinant of the deviations. `product(row, cause, column)` is that of a cause with a column in one row.
+    fn taken_from(
+        &self,
+        columns: usize,
+        product: impl Fn(usize, usize, usize) -> f64,
+        freedoms: &[Freedom],
+    ) -> Option<(DMatrix<f64>, f64)> {
         let free: Vec<usize> = (0..self.count()).filter(|m| freedoms[*m].freedom > 0.0).collect();
-        let mut root = DMatrix::zeros(columns.len(), free.len() * self.own.len());
+        let mut along = DMatrix::zeros(free.len() * self.own.len(), columns);
         let mut log_determinant = 0.0;
-        for (row, (products, _)) in self.own.iter().enumerate() {
+        for row in 0..self.own.len() {
             let factor = self.loosened(row, &free, freedoms)?;
-            log_determinant += 2.0 * factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
-            // The small factor is solved for all columns at once.
             let lower = factor.l_dirty();
-            for (i, m) in free.iter().enumerate() {
-                let at = row * free.len();
-                for (k, (column, deviation)) in columns.iter().enumerate() {
-                    let own = freedoms[*m].freedom * deviation * products[(*m, *column)];
-                    let before: f64 = (0..i).map(|j| lower[(i, j)] * root[(k, at + j)]).sum();
-                    root[(k, at + i)] = (own - before) / lower[(i, i)];
+            log_determinant += 2.0 * lower.diagonal().iter().map(|d| d.ln()).sum::<f64>();
+            let at = row * free.len();
+            for (k, mut column) in along.column_iter_mut().enumerate() {
+                for (i, m) in free.iter().enumerate() {
+                    let before: f64 = (0..i).map(|j| lower[(i, j)] * column[at + j]).sum();
+                    column[at + i] = (freedoms[*m].freedom * product(row, *m, k) - before) / lower[(i, i)];
                 }
             }
         }
-        Some((root, log_determinant))
+        Some((along, log_determinant))
     }
 }
 
@@ -377,12 +382,15 @@ mod tests {
 
             // A cause that follows functions, beside the other alone.
             let without = [freedoms[0], Freedom::constant(0.0)];
-            let beside = explained.posterior(&without, looseness).unwrap();
+            let beside = explained.one_cause(1, &freedoms, looseness).unwrap();
             let terms: Vec<(usize, f64)> = (0..profiles.of.len()).map(|f| (f, freedoms[1].of(profiles.of[f]))).collect();
-            if freedoms[1].freedom == 0.0 {
-                let gain = beside.of_functions(1, &profiles.functions).gain(&terms).unwrap();
-                let expected = found - explained.log_evidence(&without, looseness).unwrap();
-                assert!((gain - expected).abs() < 1e-9, "{gain} {expected}");
+            let gain = beside.functions(&profiles.functions, freedoms[1].freedom).unwrap().gain(&terms).unwrap();
+            let expected = found - explained.log_evidence(&without, looseness).unwrap();
+            assert!((gain - expected).abs() < 1e-9, "{gain} {expected}");
+            for (cause, own) in freedoms.iter().enumerate() {
+                let one = explained.one_cause(cause, &freedoms, looseness).unwrap();
+                let again = one.without + one.gains()(own).unwrap();
+                assert!((again - found).abs() < 1e-9, "{again} {found}");
             }
 
             for (row, density) in posterior.kept_out().into_iter().enumerate() {

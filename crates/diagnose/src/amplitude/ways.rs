@@ -151,55 +151,46 @@ impl Ways<'_> {
     fn choices(&self, search: &Search<'_>, fit: &Fit, m: usize) -> Vec<Choice> {
         let explained = search.explained(&search.linear_about(fit), fit.looseness, &search.followed(&fit.freedoms));
         let Some(explained) = explained else { return vec![self.as_found(fit, m, 0.0)] };
-        let mut without = fit.freedoms.clone();
-        without[m] = Freedom::constant(0.0);
-        let Some(others) = explained.posterior(&without, fit.looseness) else { return vec![self.as_found(fit, m, 0.0)] };
-        let evidence = |own: Freedom| {
-            let mut freedoms = fit.freedoms.clone();
-            freedoms[m] = own;
-            explained.log_evidence(&freedoms, fit.looseness)
-        };
+        let Some(others) = explained.one_cause(m, &fit.freedoms, fit.looseness) else { return vec![self.as_found(fit, m, 0.0)] };
+        let mut gain = others.gains();
         let price = |own: Freedom| search.price(&[own], Looseness::default());
-        let ground = evidence(without[m]).unwrap_or(f64::NEG_INFINITY);
         let own = fit.freedoms[m];
         let mut unknown = Vec::new();
         let is_constant = own.freedom == 0.0 && own.curve.is_none();
         if !is_constant {
-            unknown.push(self.as_found(fit, m, evidence(own).unwrap_or(f64::NEG_INFINITY) - price(own) - ground));
+            unknown.push(self.as_found(fit, m, gain(&own).unwrap_or(f64::NEG_INFINITY) - price(own)));
         }
-        let smooth = search.profiles;
         let sizes = search.sizes(&search.candidates[fit.members[m]], &fit.amplitudes[m], fit.freedoms[m].size);
-        let singles = DMatrix::from_fn(self.row_count(), self.laws.len(), |row, f| self.laws.single(f).factors[row]);
-        let mut columns = DMatrix::zeros(self.row_count(), smooth.of.len() + self.laws.len());
-        columns.columns_range_mut(..smooth.of.len()).copy_from(&smooth.functions);
-        columns.columns_range_mut(smooth.of.len()..).copy_from(&singles);
+        // The constant and some functions behind it.
+        let functions = |count: usize, of: &dyn Fn(usize, usize) -> f64| {
+            let columns = DMatrix::from_fn(self.row_count(), count + 1, |row, f| if f == 0 { 1.0 } else { of(row, f - 1) });
+            others.functions(&columns, 0.0)
+        };
+        let singles = functions(self.laws.len(), &|row, f| self.laws.single(f).factors[row]);
+        let Some(singles) = singles else { return vec![self.as_found(fit, m, 0.0)] };
         let screen = Screen {
-            functions: others.of_functions(m, &columns),
-            from: smooth.of.len(),
+            functions: singles,
             sizes: sizes.iter().map(|size| (*size, search.price_of_size(*size))).collect(),
             choice_price: search.settings.choice_price,
         };
-        let mut free = |freedom: Freedom, gain: Option<f64>| {
-            let gain = gain.map_or(f64::NEG_INFINITY, |gain| gain - price(freedom));
+        let mut free = |freedom: Freedom| {
+            let gain = gain(&freedom).map_or(f64::NEG_INFINITY, |gain| gain - price(freedom));
             unknown.push(Choice { means: Means::Unknown, freedom, gain, price: 0.0, number: None });
         };
         let candidate = &search.candidates[fit.members[m]];
         for size in sizes.iter().filter(|_| candidate.may_vary && self.row_count() > 1) {
             for deviation in search.settings.freedoms.iter().filter(|d| **d > 0.0) {
-                let in_rows = Freedom { freedom: *deviation, ..Freedom::constant(*size) };
                 if search.may_scatter(candidate) {
-                    free(in_rows, evidence(in_rows).map(|log| log - ground));
+                    free(Freedom { freedom: *deviation, ..Freedom::constant(*size) });
                 }
-                for curve in smooth.curves() {
-                    let freedom = Freedom { curve: Some((curve, *deviation)), ..Freedom::constant(*size) };
-                    free(freedom, screen.functions.gain(&freedom.acting(smooth)));
+                for curve in search.profiles.curves() {
+                    free(Freedom { curve: Some((curve, *deviation)), ..Freedom::constant(*size) });
                 }
             }
         }
         let near = |place: usize| {
             let near = self.laws.exponents_near(place);
-            let columns = DMatrix::from_fn(self.row_count(), near.len() + 1, |row, f| if f == 0 { 1.0 } else { near[f - 1].factors[row] });
-            (others.of_functions(m, &columns), near)
+            Some((functions(near.len(), &|row, f| near[f].factors[row])?, near))
         };
         // With the temperature of its place is a law by itself.
         if !search.candidates[fit.members[m]].may_run {
@@ -221,7 +212,7 @@ impl Ways<'_> {
     }
 
     /// The constant and the laws of functions of a member.
-    fn of_laws(&self, screen: &Screen, near: &dyn Fn(usize) -> (Functions, Vec<Single>)) -> Vec<Choice> {
+    fn of_laws(&self, screen: &Screen, near: &dyn Fn(usize) -> Option<(Functions, Vec<Single>)>) -> Vec<Choice> {
         let [one, two] = self.laws.counts();
         let (one, two) = (screen.choice_price + (one as f64).ln(), 2.0 * screen.choice_price + (two as f64).ln());
         let mut all: Vec<Choice> = screen.constants();
@@ -306,9 +297,8 @@ impl Ways<'_> {
 
 /// Laws of one member about the set as it was found.
 struct Screen {
+    /// The constant, then those of the laws.
     functions: Functions,
-    /// Place of the first function of the laws.
-    from: usize,
     /// Sizes of an amplitude, each with its price.
     sizes: Vec<(f64, f64)>,
     choice_price: f64,
@@ -343,7 +333,7 @@ impl Screen {
 
     /// A law of given functions.
     fn of_functions(&self, laws: &Laws<'_>, places: &[usize], price: f64) -> Option<Choice> {
-        let terms: Vec<usize> = places.iter().map(|p| self.from + p).collect();
+        let terms: Vec<usize> = places.iter().map(|p| p + 1).collect();
         let best = self.sized(&self.functions, &terms)?;
         Some(self.choice(places.iter().map(|p| laws.single(*p).clone()).collect(), false, best, price))
     }
@@ -355,11 +345,11 @@ impl Screen {
         family: &Family,
         with_constant: bool,
         price: f64,
-        near: &dyn Fn(usize) -> (Functions, Vec<Single>),
+        near: &dyn Fn(usize) -> Option<(Functions, Vec<Single>)>,
     ) -> Option<Choice> {
         let constant = with_constant.then_some(0);
         let of = |p: &usize| {
-            let terms: Vec<usize> = constant.into_iter().chain([self.from + p]).collect();
+            let terms: Vec<usize> = constant.into_iter().chain([p + 1]).collect();
             Some((*p, self.sized(&self.functions, &terms)?))
         };
         let tried: Vec<(usize, (f64, f64, f64))> = family.members.iter().filter_map(of).collect();
@@ -372,7 +362,7 @@ impl Screen {
         }
         // Between two exponents of the grid there may be a better one.
         let all: Vec<(f64, f64)> = tried.iter().map(|(p, (_, gain, _))| (exponent(laws.single(*p)), *gain)).collect();
-        let (functions, between) = near(best);
+        let (functions, between) = near(best)?;
         let own = |(f, single): (usize, Single)| {
             let terms: Vec<usize> = constant.into_iter().chain([f + 1]).collect();
             Some((single, self.sized(&functions, &terms)?))

@@ -185,19 +185,6 @@ impl Posterior<'_> {
         functions.row_iter().zip(left.row_iter()).map(|(own, left)| own.dot(&left).max(0.0)).collect()
     }
 
-    /// Products of one cause times functions of the rows (rows times functions) under the inverse covariance: with each
-    /// other, and with the residual.
-    pub fn of_functions(&self, cause: usize, functions: &DMatrix<f64>) -> Functions {
-        let explained = self.explained;
-        let mut columns = DMatrix::zeros(self.pull.len(), functions.ncols());
-        for (row, range) in explained.rows.ranges.iter().enumerate() {
-            for (f, size) in functions.row(row).iter().enumerate() {
-                range.clone().for_each(|i| columns[(i, f)] = size * explained.columns[(i, cause)]);
-            }
-        }
-        Functions { solved: self.solve(&columns), pulls: columns.tr_mul(&self.pull), columns }
-    }
-
     /// Predictions of some readings from all others; in logs of one at a time.
     pub fn others(&self) -> Others {
         let (explained, rows) = (self.explained, &self.explained.rows);
@@ -264,28 +251,5 @@ impl Posterior<'_> {
             }
         };
         rows.ranges.iter().enumerate().map(of).collect()
-    }
-}
-
-/// Functions of the rows that a cause may follow, beside all that is explained already.
-pub struct Functions {
-    columns: DMatrix<f64>,
-    /// Inverse covariance times these.
-    solved: DMatrix<f64>,
-    /// Products with the residual under it.
-    pulls: DVector<f64>,
-}
-
-impl Functions {
-    /// Logarithm of the evidence over that without the cause, where it is a sum of some functions with coefficients of these standard
-    /// deviations; `None` where rounding leaves no positive matrix.
-    pub fn gain(&self, terms: &[(usize, f64)]) -> Option<f64> {
-        let product = |i: usize, j: usize| self.columns.column(terms[i].0).dot(&self.solved.column(terms[j].0));
-        let own = |i: usize, j: usize| terms[i].1 * terms[j].1 * product(i, j) + f64::from(u8::from(i == j));
-        let factor = Cholesky::new(DMatrix::from_fn(terms.len(), terms.len(), own))?;
-        let mut along = DVector::from_iterator(terms.len(), terms.iter().map(|(f, deviation)| deviation * self.pulls[*f]));
-        factor.l_dirty().solve_lower_triangular_mut(&mut along);
-        let log_of_root: f64 = factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum();
-        Some(0.5 * along.norm_squared() - log_of_root)
     }
 }
