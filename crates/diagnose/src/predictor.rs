@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use super::amplitude::{Acting, ByCourse, in_force, runs};
+use super::amplitude::{Acting, Courses, runs};
 use super::effects::{Hypothesis, Scales, UserKind};
 use coldplate_base::error::{Error, Result};
 use coldplate_describe::machine::Condition;
@@ -98,6 +98,23 @@ impl Predictor<'_> {
         }
     }
 
+    /// Predictions (K) with one cause at each of several amplitudes, which are alike in all rows; `None` where it cannot be solved. One machine serves
+    /// them all where a variable of a table can hold the amplitude.
+    pub(super) fn at_each(&self, h: &Hypothesis, amplitudes: &[f64]) -> Vec<Option<Vec<f64>>> {
+        let alike = |amplitude: &f64| [Acting { hypothesis: h, values: vec![*amplitude; self.data.rows.len()], is_held: false }];
+        let may_run = !self.data.is_transient() && !h.is_sensor() && runs(self, h);
+        let courses = amplitudes.first().filter(|_| may_run).and_then(|own| Courses::new(self, (self.study, self.data), &alike(own)));
+        let by_course = |courses: &Courses, amplitude: &f64| {
+            let data = courses.data(&self.study.model.machine.variables, self.data, &alike(amplitude));
+            Some(identify::steady_near(&courses.study, &data, self.fields).ok()?.0)
+        };
+        let at = |amplitude: &f64| match &courses {
+            Some(courses) => by_course(courses, amplitude),
+            None => self.predict(&[(h, *amplitude)]).ok(),
+        };
+        amplitudes.iter().map(at).collect()
+    }
+
     /// The machine with hypotheses in force, with its data. One that depends on the order of the rows gets a variable with its amplitude in every
     /// row.
     fn acting(&self, members: &[(&Hypothesis, f64)]) -> Result<(Study, Cow<'_, Data>)> {
@@ -113,9 +130,10 @@ impl Predictor<'_> {
         let runs = in_order.iter().filter(|(h, _)| runs(self, h));
         let acting: Vec<Acting<'_>> =
             runs.map(|(h, amplitude)| Acting { hypothesis: h, values: course(h, *amplitude), is_held: true }).collect();
-        let found = if acting.len() == in_order.len() { in_force(self, (&study, self.data), &acting) } else { None };
-        let ByCourse { study, data, .. } = found.ok_or_else(unsaid)?;
-        Ok((study, Cow::Owned(data)))
+        let found = if acting.len() == in_order.len() { Courses::new(self, (&study, self.data), &acting) } else { None };
+        let courses = found.ok_or_else(unsaid)?;
+        let data = courses.data(&study.model.machine.variables, self.data, &acting);
+        Ok((courses.study, Cow::Owned(data)))
     }
 
     /// How far predictions before the sensors' own errors (K) are from those of full solves with the same hypotheses in force: the

@@ -1,7 +1,7 @@
 //! The machine as it is beside the data: every place and kind fitted, sets grown, laws told.
 
 use std::collections::{BTreeSet, HashMap};
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
@@ -241,8 +241,8 @@ impl<'p> Beside<'p> {
             }
             Some(log) => (log.profiles(), log.names.clone()),
         };
-        let attached = OnceLock::new();
-        let table = Table { problem, predictor: &predictor, base, errors: &errors, visible: &visible, sizes: &sizes, attached };
+        let (machines, attached) = Default::default();
+        let table = Table { problem, predictor: &predictor, base, errors: &errors, visible: &visible, sizes: &sizes, machines, attached };
         let about = |members: &[usize], amplitudes: &[Vec<f64>], with_all: bool, known: Option<&Errors>| match &log {
             Some(log) => log.about(members, amplitudes, with_all, known),
             None => table.about(members, amplitudes, known),
@@ -507,10 +507,12 @@ fn candidate(predictor: &Predictor<'_>, (h, column): (&Hypothesis, &Vec<f64>), s
     let slope: Vec<f64> = column.iter().map(|c| c * size.slope(0.0)).collect();
     let mut answer = Answer::Straight(slope.clone());
     if is_solved && !is_straight(h) {
-        let at = |knot: &f64| Some((*knot, difference(&predictor.predict(&[(h, size.amplitude(*knot))]).ok()?, predictor.predicted)));
         let is_costly = predictor.study.model.mesh.cells > 0;
         let knots = if h.is_signed { &KNOTS } else { &KNOTS_OF_MORE[..if is_costly { 3 } else { 6 }] };
-        let mut solved: Vec<(f64, Vec<f64>)> = knots.iter().filter(|k| **k >= range.0 && **k <= range.1).filter_map(at).collect();
+        let knots: Vec<f64> = knots.iter().copied().filter(|k| (range.0..=range.1).contains(k)).collect();
+        let amplitudes: Vec<f64> = knots.iter().map(|knot| size.amplitude(*knot)).collect();
+        let change = |(knot, found): (f64, Option<Vec<f64>>)| Some((knot, difference(&found?, predictor.predicted)));
+        let mut solved: Vec<(f64, Vec<f64>)> = knots.into_iter().zip(predictor.at_each(h, &amplitudes)).filter_map(change).collect();
         solved.push((0.0, vec![0.0; column.len()]));
         solved.sort_by(|a, b| a.0.total_cmp(&b.0));
         if solved.len() > 2 {

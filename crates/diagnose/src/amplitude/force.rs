@@ -1,10 +1,10 @@
 //! Causes in force, each with an amplitude of its own in every row: a variable of the machine file holds the course of each, and the data have
 //! its values.
 
-use crate::Problem;
 use crate::effects::{Hypothesis, Law, LawForm, Scales};
 use crate::predictor::{Predictor, in_order};
 use crate::when::Added;
+use coldplate_describe::machine::{DescribedVariable, Machine};
 use coldplate_evidence::measurement::Data;
 use coldplate_solve::study::Study;
 
@@ -23,68 +23,57 @@ pub struct Acting<'a> {
     pub is_held: bool,
 }
 
-/// A machine with causes in force.
-pub struct Forced {
-    /// The machine and its data.
-    pub problem: Problem,
-    /// Where laws are one there.
-    pub scales: Scales,
+/// A machine in which causes follow variables that its data have.
+#[derive(Debug, Clone)]
+pub struct Courses {
+    /// The machine.
+    pub study: Study,
     /// Each cause under the law by which it is in force, with its amplitude.
     pub laws: Vec<(Hypothesis, f64)>,
 }
 
-impl Forced {
-    /// The machine with some causes; `None` where the machine file has no words for one.
-    pub fn new(problem: &Problem, predictor: &Predictor<'_>, members: &[Acting<'_>]) -> Option<Self> {
-        let ByCourse { study, data, scales, laws } = in_force(predictor, (&problem.study, &problem.data), members)?;
-        let given = &problem.study.model.machine.variables;
-        let mut uncertainty = problem.uncertainty.clone();
-        let before = |name: &str| given.iter().position(|own| own.name == name);
-        let stated = |name: &str| before(name).and_then(|v| uncertainty.variables.get(v).copied()).unwrap_or_default();
-        uncertainty.variables = study.model.machine.variables.iter().map(|v| stated(&v.name)).collect();
-        Some(Self { problem: Problem { study, data, uncertainty, ..problem.clone() }, scales, laws })
+impl Courses {
+    /// The machine with some causes, of which those that have no words for a course have their first value throughout; `None` where the machine file
+    /// has no words for one.
+    pub fn new(predictor: &Predictor<'_>, (study, data): (&Study, &Data), members: &[Acting<'_>]) -> Option<Self> {
+        let added = added(members);
+        let lines = Added::lines(&added, study.document()).ok()?;
+        let mut own = study.edited(&lines).ok()?;
+        let variables = own.model.machine.variables.clone();
+        let data = Added::fill(data.clone(), &study.model.machine.variables, &variables, &added);
+        let scales = Scales::of(&data, &own.model.machine);
+        let mut laws = Vec::new();
+        for (k, Acting { hypothesis: h, values, .. }) in members.iter().enumerate() {
+            let at = variables.iter().position(|v| v.name == name(k))?;
+            let (law, amplitude) =
+                if runs(predictor, h) { (h.by_course(Law::Of(at, LawForm::Course)), 1.0) } else { ((*h).clone(), values[0]) };
+            let lines = law.sets(&own, &scales, predictor.user, amplitude).ok()??;
+            if !lines.is_empty() {
+                own = own.edited(&lines).ok()?;
+            }
+            laws.push((law, amplitude));
+        }
+        Some(Self { study: own, laws })
+    }
+
+    /// Data of the machine without these causes, with their courses.
+    pub fn data(&self, given: &[DescribedVariable], data: &Data, members: &[Acting<'_>]) -> Data {
+        Added::fill(data.clone(), given, &self.study.model.machine.variables, &added(members))
     }
 }
 
-/// A machine and its data with causes in force by their courses.
-pub struct ByCourse {
-    /// The machine.
-    pub study: Study,
-    /// The data, with the courses.
-    pub data: Data,
-    /// Scales at which laws are one in that machine.
-    pub scales: Scales,
-    /// Each cause under the law by which it is in force, with its amplitude.
-    pub laws: Vec<(Hypothesis, f64)>,
+fn name(member: usize) -> String {
+    format!("{COURSE}{member}")
 }
 
-/// A machine and its data with some causes in force; `None` where the machine file has no words for one.
-pub fn in_force(predictor: &Predictor<'_>, (study, data): (&Study, &Data), members: &[Acting<'_>]) -> Option<ByCourse> {
-    let given = &study.model.machine.variables;
-    let name = |k: usize| format!("{COURSE}{k}");
-    let added = |(k, own): (usize, &Acting<'_>)| Added {
+fn added(members: &[Acting<'_>]) -> Vec<Added> {
+    let of = |(k, own): (usize, &Acting<'_>)| Added {
         name: name(k),
         declared: "{ unit = \"1\", default = \"0\" }",
         values: own.values.clone(),
         is_held: own.is_held,
     };
-    let added: Vec<Added> = members.iter().enumerate().map(added).collect();
-    let mut own = study.edited(&Added::lines(&added, study.document()).ok()?).ok()?;
-    let variables = own.model.machine.variables.clone();
-    let data = Added::fill(data.clone(), given, &variables, &added);
-    let scales = Scales::of(&data, &own.model.machine);
-    let mut laws = Vec::new();
-    for (k, Acting { hypothesis: h, values, .. }) in members.iter().enumerate() {
-        let at = variables.iter().position(|v| v.name == name(k))?;
-        let (law, amplitude) =
-            if runs(predictor, h) { (h.by_course(Law::Of(at, LawForm::Course)), 1.0) } else { ((*h).clone(), values[0]) };
-        let lines = law.sets(&own, &scales, predictor.user, amplitude).ok()??;
-        if !lines.is_empty() {
-            own = own.edited(&lines).ok()?;
-        }
-        laws.push((law, amplitude));
-    }
-    Some(ByCourse { study: own, data, scales, laws })
+    members.iter().enumerate().map(of).collect()
 }
 
 /// Whether the amplitude of a cause may run over the rows: whether the machine file, or what shows its readings, has words for that. A cause
@@ -101,7 +90,7 @@ pub fn runs(predictor: &Predictor<'_>, h: &Hypothesis) -> bool {
 
 /// What a machine's sensors show of predictions (K) with causes in force, and with a little more of one of them or of another.
 pub fn shown(
-    (scales, problem): (&Scales, &Problem),
+    (scales, machine, data): (&Scales, &Machine, &Data),
     values: &[f64],
     laws: &[(Hypothesis, f64)],
     more: Option<(usize, &Hypothesis, f64)>,
@@ -115,6 +104,5 @@ pub fn shown(
         }
     }
     sensors.retain(|(h, _)| h.is_sensor());
-    in_order(&sensors)
-        .fold(values.to_vec(), |values, (h, amplitude)| h.read((scales, &problem.study.model.machine), &problem.data, &values, amplitude))
+    in_order(&sensors).fold(values.to_vec(), |values, (h, amplitude)| h.read((scales, machine), data, &values, amplitude))
 }

@@ -198,7 +198,7 @@ impl<'a> Gross<'a> {
             }
             let begun = self.begun(fit, others);
             let search = self.search.with_errors_of(&begun);
-            Some(search.refined(search.begun(&begun, further)?)).filter(|fit| fit.log_evidence.is_finite())
+            Some(search.fit(search.begun(&begun, further)?))
         };
         if fit.aside.len() < 2 { Vec::new() } else { (0..self.search.candidates.len()).filter_map(of).collect() }
     }

@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector, SVD};
 
-use super::force::{self, Acting, Forced, STEP};
+use super::force::{self, Acting, Courses, STEP};
 use super::profiles::{Function, Profiles};
 use super::response::{Slope, shows, sum};
 use super::rows::{Errors, LogNoise, uncertain};
@@ -27,7 +27,7 @@ use crate::view::Comparison;
 use crate::when::TEST_NUMBER;
 use coldplate_base::units::Measurand;
 use coldplate_describe::machine::Condition;
-use coldplate_evidence::measurement::{Data, TIME, whiten};
+use coldplate_evidence::measurement::{Data, MeasurementUncertainty, TIME, whiten};
 use coldplate_explore::simulate::Start;
 use coldplate_network::Load;
 use coldplate_solve::study::Study;
@@ -357,7 +357,8 @@ impl<'a> Log<'a> {
         let own: Vec<&Hypothesis> = members.iter().map(|m| self.visible[*m].0).collect();
         let within: Vec<Vec<f64>> = members.iter().zip(amplitudes).map(|(m, own)| self.within(*m, own)).collect();
         let amplitudes = &within[..];
-        let Forced { problem, scales, laws } = self.forced(members, amplitudes)?;
+        let (problem, laws) = self.forced(members, amplitudes)?;
+        let scales = Scales::of(&problem.data, &problem.study.model.machine);
         let study = &problem.study;
         let (data, catalogue) = (&problem.data, self.catalogue);
         let found = self.base.about(&problem, study, catalogue, &scales).ok()?;
@@ -378,10 +379,11 @@ impl<'a> Log<'a> {
         let courses: Vec<Cow<'_, [f64]>> = units.iter().map(|units| units.times(&ones)).collect();
         let wanted: Vec<(usize, Along<'_>)> = courses.iter().enumerate().map(|(h, course)| (h, Along::straight(course))).collect();
         let columns = self.follower(&about)?.along(&there, &wanted, self.stride).ok()?;
-        let shown = force::shown((&scales, &problem), values, &laws, None);
+        let machine = (&scales, &study.model.machine, data);
+        let shown = force::shown(machine, values, &laws, None);
         let mean = |(k, column): (usize, Option<Vec<f64>>)| match column {
             _ if there[k].is_sensor() => {
-                let more = force::shown((&scales, &problem), values, &laws, Some((k, &there[k], STEP * self.sizes[all[k]].slope(0.0))));
+                let more = force::shown(machine, values, &laws, Some((k, &there[k], STEP * self.sizes[all[k]].slope(0.0))));
                 more.iter().zip(&shown).map(|(a, b)| (a - b) / STEP).collect()
             }
             column => units[k].scaled(column.unwrap_or_else(|| vec![0.0; values.len()])),
@@ -398,13 +400,23 @@ impl<'a> Log<'a> {
         Some((reference, known.cloned().unwrap_or_else(|| self.errors_about(&about))))
     }
 
-    fn forced(&self, members: &[usize], amplitudes: &[Vec<f64>]) -> Option<Forced> {
+    /// The machine and its data with members in force, and the law of each.
+    fn forced(&self, members: &[usize], amplitudes: &[Vec<f64>]) -> Option<(Problem, Vec<(Hypothesis, f64)>)> {
         let acting = |(m, own): (&usize, &Vec<f64>)| Acting {
             hypothesis: self.visible[*m].0,
             values: self.course(*m, own),
             is_held: (0..own.len()).all(|f| own[f] == 0.0 || self.is_step(f)),
         };
-        Forced::new(self.problem, self.predictor, &members.iter().zip(amplitudes).map(acting).collect::<Vec<_>>())
+        let acting: Vec<Acting<'_>> = members.iter().zip(amplitudes).map(acting).collect();
+        let Problem { study, data, uncertainty, .. } = self.problem;
+        let courses = Courses::new(self.predictor, (study, data), &acting)?;
+        let given = &study.model.machine.variables;
+        let own = courses.data(given, data, &acting);
+        let before = |name: &str| given.iter().position(|own| own.name == name);
+        let stated = |name: &str| before(name).and_then(|v| uncertainty.variables.get(v).copied()).unwrap_or_default();
+        let variables = courses.study.model.machine.variables.iter().map(|v| stated(&v.name)).collect();
+        let uncertainty = MeasurementUncertainty { variables, ..uncertainty.clone() };
+        Some((Problem { study: courses.study, data: own, uncertainty, ..self.problem.clone() }, courses.laws))
     }
 
     /// Whether a function changes by jumps alone. What a cause does sets in at a row: the sum of two causes that set in at neighbouring rows is,

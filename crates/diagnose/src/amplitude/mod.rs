@@ -35,7 +35,7 @@ use coldplate_base::error::Result;
 use coldplate_base::progress::Progress;
 
 pub(crate) use beside::Beside;
-pub(crate) use force::{Acting, ByCourse, in_force, runs};
+pub(crate) use force::{Acting, Courses, runs};
 pub use gross::Aside;
 pub(crate) use kept_out::KeptOut;
 pub use rows::Looseness;

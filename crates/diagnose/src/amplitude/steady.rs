@@ -1,9 +1,10 @@
 //! Steady tables about the machine with a set in force: each row has its own amplitudes, and its readings answer to these alone.
 
 use std::borrow::Cow;
-use std::sync::OnceLock;
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-use super::force::{self, Acting, Forced};
+use super::force::{self, Acting, Courses};
 use super::logs::rows_that_count;
 use super::response::Slope;
 use super::rows::Errors;
@@ -11,12 +12,12 @@ use super::search::{Exchange, Reference};
 use super::sizing::Sizing;
 use crate::Problem;
 use crate::attached::Attached;
-use crate::effects::{Effect, Hypothesis, hypotheses};
+use crate::effects::{Effect, Hypothesis, Scales, hypotheses};
 use crate::predictor::Predictor;
 use crate::signature;
 use crate::view::Comparison;
 use coldplate_evidence::identify;
-use coldplate_evidence::measurement::whiten;
+use coldplate_evidence::measurement::{Data, whiten};
 
 /// Step of the amplitudes by which slopes are found, as a share of the kind's scale.
 const STEP: f64 = 0.05;
@@ -37,6 +38,8 @@ pub struct Table<'a> {
     pub visible: &'a [(&'a Hypothesis, &'a Vec<f64>)],
     /// Their amplitudes in units of scales.
     pub sizes: &'a [Sizing],
+    /// Machines in which sets follow courses, by their members.
+    pub machines: Mutex<BTreeMap<Vec<usize>, Arc<Courses>>>,
     /// Paths that may be attached anywhere, with the rise of every sensor per watt put into each node.
     pub attached: OnceLock<Option<(Attached<'a>, Vec<Vec<f64>>)>>,
 }
@@ -44,7 +47,11 @@ pub struct Table<'a> {
 /// The machine with members in force, solved.
 struct Solved<'a> {
     /// The machine.
-    forced: Forced,
+    courses: Arc<Courses>,
+    /// The data, with the courses.
+    data: Data,
+    /// Where laws are one there.
+    scales: Scales,
     /// Change of the readings, K.
     change: Vec<f64>,
     /// Temperatures of all nodes at each distinct condition, K.
@@ -61,7 +68,8 @@ impl Table<'_> {
             return None;
         }
         let amplitudes = &self.within(members, amplitudes)[..];
-        let Solved { forced, change, fields } = self.with(members, amplitudes)?;
+        let solved = self.with(members, amplitudes)?;
+        let change = &solved.change;
         let slope = |k: usize| -> Option<Slope> {
             if self.visible[members[k]].0.is_fixed() {
                 // An exchange is straight.
@@ -79,7 +87,7 @@ impl Table<'_> {
             more[k].iter_mut().zip(&steps).for_each(|(a, step)| *a += step);
             let more = self.with(members, &more)?.change;
             let of = |(i, (m, c)): (usize, (&f64, &f64))| (m - c) / steps[self.errors.row_of[i]];
-            Some(Slope::OfRow(more.iter().zip(&change).enumerate().map(of).collect()))
+            Some(Slope::OfRow(more.iter().zip(change).enumerate().map(of).collect()))
         };
         let slopes = (0..members.len()).map(slope).collect::<Option<Vec<_>>>()?;
         let exchanges: Vec<Exchange> = members.iter().zip(amplitudes).filter_map(|(m, own)| self.exchange(*m, own)).collect();
@@ -88,10 +96,11 @@ impl Table<'_> {
             None => {
                 let places = members.iter().zip(amplitudes).flat_map(|(m, own)| self.of_place(*m, own));
                 let stated = self.errors.stated.iter().cloned().chain(places).collect();
-                let own = Errors { numbers: self.numbers(&forced, &fields)?, stated, ..self.errors.clone() };
+                let own = Errors { numbers: self.numbers(&solved)?, stated, ..self.errors.clone() };
                 exchanges.iter().fold(own, |own, exchange| own.map(|column| exchange.shown(column)))
             }
         };
+        let change = solved.change;
         Some((Reference { amplitudes: amplitudes.to_vec(), change, slopes, others: Vec::new(), exchanges }, errors))
     }
 
@@ -121,26 +130,42 @@ impl Table<'_> {
             read.iter().zip(own).for_each(|(row, a)| values[*row] = size.amplitude(*a));
             Acting { hypothesis: h, values, is_held: false }
         };
-        let courses: Vec<Acting<'_>> = members.iter().zip(amplitudes).map(course).collect();
-        let forced = Forced::new(self.problem, self.predictor, &courses)?;
+        let acting: Vec<Acting<'_>> = members.iter().zip(amplitudes).map(course).collect();
+        let given = &self.problem.study.model.machine.variables;
         let places = whiten::places(data);
-        let acts = courses.iter().any(|own| !own.hypothesis.is_sensor());
+        let courses = self.courses(members, &acting)?;
+        let data = courses.data(given, data, &acting);
+        let scales = Scales::of(&data, &courses.study.model.machine);
+        let acts = acting.iter().any(|own| !own.hypothesis.is_sensor());
         let near = self.predictor.fields;
         let (values, fields) = match acts {
-            true => identify::steady_near(&forced.problem.study, &forced.problem.data, near)
-                .map(|(values, fields)| (values, Cow::Owned(fields)))
-                .ok()?,
+            true => identify::steady_near(&courses.study, &data, near).map(|(values, fields)| (values, Cow::Owned(fields))).ok()?,
             false => (self.predictor.predicted.to_vec(), Cow::Borrowed(near)),
         };
-        let mut values = force::shown((&forced.scales, &forced.problem), &values, &forced.laws, None);
-        for Acting { hypothesis: h, values: course, .. } in &courses {
+        let mut values = force::shown((&scales, &courses.study.model.machine, &data), &values, &courses.laws, None);
+        for Acting { hypothesis: h, values: course, .. } in &acting {
             // Exchanged sensors read with the mesh's share at the other one's place.
             for (i, from) in h.relabelled(&places).into_iter().flatten().enumerate() {
                 values[i] += course[places[i].0] * (self.base.mesh[from] - self.base.mesh[i]);
             }
         }
         let change = values.iter().zip(self.predictor.predicted).map(|(v, p)| v - p).collect();
-        Some(Solved { forced, change, fields })
+        Some(Solved { courses, data, scales, change, fields })
+    }
+
+    /// The machine in which members follow courses. One that cannot has a number of its own, and the machine is made anew for it.
+    fn courses(&self, members: &[usize], acting: &[Acting<'_>]) -> Option<Arc<Courses>> {
+        let make = || Courses::new(self.predictor, (&self.problem.study, &self.problem.data), acting).map(Arc::new);
+        if !acting.iter().all(|own| force::runs(self.predictor, own.hypothesis)) {
+            return make();
+        }
+        let known = || self.machines.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(found) = known().get(members) {
+            return Some(found.clone());
+        }
+        let made = make()?;
+        known().insert(members.to_vec(), made.clone());
+        Some(made)
     }
 
     /// What hangs on where in its part a path is attached: columns of unit variance, K.
@@ -167,19 +192,17 @@ impl Table<'_> {
         self.attached.get_or_init(of).as_ref()
     }
 
-    /// Change of the readings with the logarithm of each number of the machine with causes in force, K, where its nodes have these temperatures
-    /// (K).
-    fn numbers(&self, forced: &Forced, fields: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
-        let Forced { problem, scales, .. } = forced;
+    /// Change of the readings with the logarithm of each number of the machine with causes in force, K.
+    fn numbers(&self, Solved { courses, data, scales, fields, .. }: &Solved<'_>) -> Option<Vec<Vec<f64>>> {
+        let (study, user) = (&courses.study, self.problem.user.as_slice());
         // An effect is numbered anew in another file.
-        let own = hypotheses(&problem.study, &problem.data, &problem.user);
+        let own = hypotheses(study, data, user);
         let same = |(number, _): &(Hypothesis, f64)| {
             let is = |other: &&Hypothesis| (other.kind(), &other.place, other.law) == (number.kind(), &number.place, number.law);
             own.iter().find(is).cloned()
         };
         let numbers = self.base.numbers.iter().map(same).collect::<Option<Vec<Hypothesis>>>()?;
-        let about = (scales, problem.user.as_slice());
-        let found = signature::steady(&problem.study, &problem.data, None, &numbers, about, Some(fields)).ok()?;
+        let found = signature::steady(study, data, None, &numbers, (scales, user), Some(fields)).ok()?;
         let scaled = |(column, (_, unit)): (&Vec<f64>, &(Hypothesis, f64))| column.iter().map(|c| unit * c).collect();
         Some(found.columns.iter().zip(&self.base.numbers).map(scaled).collect())
     }

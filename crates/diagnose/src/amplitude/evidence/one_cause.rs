@@ -61,7 +61,8 @@ impl<'a> Explained<'a> {
         let is_free = others.iter().any(|f| f.freedom > 0.0);
         let deviations = self.deviations(others, looseness);
         // Where no other is new in every row the shared columns are eliminated already.
-        let acting: Vec<(usize, f64)> = (if is_free { 0 } else { shared }..last).map(|k| (k, deviations[k])).filter(|(_, d)| *d > 0.0).collect();
+        let acting: Vec<(usize, f64)> =
+            (if is_free { 0 } else { shared }..last).map(|k| (k, deviations[k])).filter(|(_, d)| *d > 0.0).collect();
         let count = acting.len();
         // Columns in this order: those that act, the cause in each row, the residual.
         let all = count + rows + 1;
@@ -73,7 +74,13 @@ impl<'a> Explained<'a> {
         let (taken, mut determinant) = if is_free {
             let in_row = |row: usize, other: usize, column: usize| match column {
                 c if c < count => acting[c].1 * self.own[row].0[(other, acting[c].0)],
-                c if c < count + rows => if c - count == row { self.own[row].1[(other, cause)] } else { 0.0 },
+                c if c < count + rows => {
+                    if c - count == row {
+                        self.own[row].1[(other, cause)]
+                    } else {
+                        0.0
+                    }
+                }
                 _ => self.own[row].0[(other, last)],
             };
             self.taken_from(all, in_row, others)?
@@ -112,9 +119,8 @@ impl<'a> Explained<'a> {
         let mut along = DMatrix::from_fn(acting.len(), own.len() + 1, |i, j| acting[i].1 * product(acting[i].0, place(j)));
         solve_lower(factor.l_dirty(), &mut along);
         let (along, of_residual) = (along.columns_range(..own.len()).into_owned(), along.column(own.len()));
-        let determinant = self.rows.log_determinant()
-            + reduced.log_determinant
-            + 2.0 * factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
+        let determinant =
+            self.rows.log_determinant() + reduced.log_determinant + 2.0 * factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
         let without = -0.5 * (product(last, last) - of_residual.norm_squared() + determinant);
         let mut products = DMatrix::from_fn(own.len(), own.len(), |i, j| product(own[i], own[j]));
         products.gemm_tr(-1.0, &along, &along, 1.0);
