@@ -15,7 +15,7 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, DVector};
 
 use super::others::{Others, Predicted};
-use super::search::{Fit, Search};
+use super::search::{FITTED, Fit, Search, sorted};
 use super::settings::AmplitudeSettings;
 use super::wrong::{Part, Wrong, log_odds};
 use crate::Problem;
@@ -184,23 +184,26 @@ impl<'a> Gross<'a> {
         whole.into_iter().chain(less.map(|aside| self.with_aside(nothing, aside))).collect()
     }
 
-    /// A fit with one cause more that acts on nothing but several parts set aside, with these taken back: an exchange of sensors. Beside any of
-    /// these parts it explains nothing, and with one of them taken back little.
+    /// A fit with one cause more that acts on some sensors alone, with all parts taken back that it acts on: an exchange of sensors from a row on.
+    /// Beside any of these parts it explains nothing, and with one of them taken back little.
     pub fn instead(&self, fit: &Fit) -> Vec<Fit> {
-        let now = self.of_all(&fit.aside);
         let of = |further: usize| {
             let acting = self.search.acting(further);
-            let is_other =
-                |wrong: &Wrong| wrong.is_condition() || self.readings(wrong.part).iter().all(|i| acting.binary_search(i).is_err());
-            let (others, own): (Vec<Wrong>, Vec<Wrong>) = fit.aside.iter().copied().partition(is_other);
-            if own.len() < 2 || fit.members.contains(&further) || acting.iter().any(|i| now.binary_search(i).is_err()) {
+            let acts_on = |wrong: &Wrong| self.readings(wrong.part).iter().any(|i| acting.binary_search(i).is_ok());
+            let (own, others): (Vec<Wrong>, Vec<Wrong>) =
+                fit.aside.iter().copied().partition(|wrong| !wrong.is_condition() && acts_on(wrong));
+            if own.len() < 2 || fit.members.contains(&further) || acting.len() == self.places.len() {
                 return None;
             }
             let begun = self.begun(fit, others);
-            let search = self.search.with_errors_of(&begun);
-            Some(search.fit(search.begun(&begun, further)?))
+            self.search.with_errors_of(&begun).begun(&begun, further)
         };
-        if fit.aside.len() < 2 { Vec::new() } else { (0..self.search.candidates.len()).filter_map(of).collect() }
+        if fit.aside.len() < 2 {
+            return Vec::new();
+        }
+        let mut begun = sorted((0..self.search.candidates.len()).filter_map(of).collect());
+        begun.truncate(FITTED);
+        sorted(begun.into_iter().map(|own| self.search.with_errors_of(&own).fit(own.clone())).collect())
     }
 
     /// A fit with other parts set aside, fitted anew.

@@ -24,7 +24,7 @@ const LONGEST_STEP: f64 = 1.5;
 /// ten and with thirty all of them have it.
 pub(super) const GROWING: usize = 10;
 /// Further places of each of them that are fitted to the end.
-const FITTED: usize = 6;
+pub(super) const FITTED: usize = 6;
 /// Loosenesses under which a set is kept whitened: those next to one of them.
 const KEPT: usize = 6;
 /// Machines with a set in force that are made linear at most.
