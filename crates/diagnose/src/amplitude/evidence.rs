@@ -19,6 +19,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use super::profiles::{Curve, Function, Profiles};
 use super::response::Slope;
 use super::rows::{Looseness, Rows};
+use crate::triangular::{product_of_transpose, products};
 pub use one_cause::Functions;
 
 /// Standard deviation of what is in proportion to a variable, as a share of that of the mean amplitude. Chosen: a law is about as large as
@@ -153,10 +154,10 @@ impl<'a> Explained<'a> {
         }
         let mut gram = DMatrix::zeros(q + p + 1, q + p + 1);
         gram.view_mut((0, 0), (q, q)).copy_from(rows.gram());
-        let across = shared.transpose() * &profiled;
+        let across = product_of_transpose(shared, &profiled);
         gram.view_mut((0, q), (q, p)).copy_from(&across);
         gram.view_mut((q, 0), (p, q)).tr_copy_from(&across);
-        gram.view_mut((q, q), (p, p)).copy_from(&(profiled.transpose() * &profiled));
+        gram.view_mut((q, q), (p, p)).copy_from(&products(&profiled));
         // The last row is never read but for its end.
         gram.view_mut((0, q + p), (q, 1)).copy_from(&shared.tr_mul(&residual));
         gram.view_mut((q, q + p), (p, 1)).copy_from(&profiled.tr_mul(&residual));

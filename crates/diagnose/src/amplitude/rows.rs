@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::triangular::{cholesky, eigenvectors, solve_lower};
+use crate::triangular::{cholesky, eigen, product, products, solve_lower};
 use coldplate_evidence::discrepancy::{DiscrepancySize, ErrorParts};
 use coldplate_evidence::measurement::whiten::Noise;
 
@@ -409,19 +409,21 @@ impl Rows {
     fn with_columns(self, whitened: &[DVector<f64>], [stated, numbers, heats, levels]: [usize; 4]) -> Self {
         let count = self.ranges.last().map_or(0, |last| last.end);
         let shared = if whitened.is_empty() { DMatrix::zeros(count, 0) } else { DMatrix::from_columns(whitened) };
-        let gram = shared.transpose() * &shared;
+        let gram = products(&shared);
         let mut all = Self { gram, shared, stated, numbers, heats, levels, ..self };
         if heats > 0 {
             // All columns of the disturbance have the same prior variance, so that turning them leaves the covariance as it is. Here they come to
             // be at right angles.
             let at = all.of_heats();
-            let turned = eigenvectors(all.gram.view((at.start, at.start), (heats, heats)).into_owned());
-            let own = all.shared.columns_range(at.clone()) * &turned;
+            let (values, turned) = eigen(all.gram.view((at.start, at.start), (heats, heats)).into_owned());
+            let own = product(&all.shared.columns_range(at.clone()).into_owned(), &turned);
             all.shared.columns_range_mut(at.clone()).copy_from(&own);
-            let across = all.gram.columns_range(at.clone()) * &turned;
-            all.gram.columns_range_mut(at.clone()).copy_from(&across);
-            let across = turned.transpose() * all.gram.rows_range(at.clone());
-            all.gram.rows_range_mut(at).copy_from(&across);
+            for others in [0..at.start, at.end..all.gram.nrows()] {
+                let across = product(&all.gram.view_range(others.clone(), at.clone()).into_owned(), &turned);
+                all.gram.view_range_mut(others.clone(), at.clone()).copy_from(&across);
+                all.gram.view_range_mut(at.clone(), others).copy_from(&across.transpose());
+            }
+            all.gram.view_range_mut(at.clone(), at).copy_from(&DMatrix::from_diagonal(&values));
         }
         all
     }
