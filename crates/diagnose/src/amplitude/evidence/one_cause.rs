@@ -92,7 +92,7 @@ impl<'a> Explained<'a> {
         let mut matrix = DMatrix::from_fn(count, all, |i, j| acting[i].1 * product(acting[i].0, j) + f64::from(u8::from(i == j)));
         matrix.gemm_tr(-1.0, &taken.columns_range(..count), &taken, 1.0);
         let factor = cholesky(matrix.columns_range(..count).into_owned())?;
-        determinant += 2.0 * factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
+        determinant += log_determinant(&factor);
         let mut further = matrix.columns_range(count..).into_owned();
         solve_lower(factor.l_dirty(), &mut further);
         let mut along = DMatrix::zeros(taken.nrows() + count, rows + 1);
@@ -108,19 +108,14 @@ impl<'a> Explained<'a> {
     fn of_log(&self, cause: usize, others: &[Freedom], looseness: Looseness) -> Option<(f64, Products)> {
         let reduced = self.reduced(looseness)?;
         let last = self.profiled.ncols();
-        let acting: Vec<(usize, f64)> = self.of_causes(others).enumerate().filter(|(_, d)| *d > 0.0).collect();
+        let (acting, factor) = self.coefficients(&reduced.products, others)?;
         let own: Vec<usize> = (0..last).filter(|place| self.followed[*place].0 == cause).collect();
         let product = |i: usize, j: usize| reduced.products[(i, j)];
-        let matrix = DMatrix::from_fn(acting.len(), acting.len(), |i, j| {
-            acting[i].1 * acting[j].1 * product(acting[i].0, acting[j].0) + f64::from(u8::from(i == j))
-        });
-        let factor = cholesky(matrix)?;
         let place = |j: usize| own.get(j).copied().unwrap_or(last);
         let mut along = DMatrix::from_fn(acting.len(), own.len() + 1, |i, j| acting[i].1 * product(acting[i].0, place(j)));
         solve_lower(factor.l_dirty(), &mut along);
         let (along, of_residual) = (along.columns_range(..own.len()).into_owned(), along.column(own.len()));
-        let determinant =
-            self.rows.log_determinant() + reduced.log_determinant + 2.0 * factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
+        let determinant = self.rows.log_determinant() + reduced.log_determinant + log_determinant(&factor);
         let without = -0.5 * (product(last, last) - of_residual.norm_squared() + determinant);
         let mut products = DMatrix::from_fn(own.len(), own.len(), |i, j| product(own[i], own[j]));
         products.gemm_tr(-1.0, &along, &along, 1.0);

@@ -5,7 +5,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use super::super::others::Others;
 use super::super::rows::Looseness;
 use super::{Explained, Freedom};
-use crate::triangular::{cholesky, solve_lower};
+use crate::triangular::{cholesky, product_of_transpose, solve_lower};
 
 /// The posterior under one choice of freedoms.
 pub struct Posterior<'a> {
@@ -41,7 +41,7 @@ impl<'a> Explained<'a> {
             column.axpy(deviations[*k], &own, 0.0);
         }
         let metric = self.under_metric(&columns, freedoms);
-        let mut matrix = columns.transpose() * &metric;
+        let mut matrix = product_of_transpose(&columns, &metric);
         (0..matrix.nrows()).for_each(|k| matrix[(k, k)] += 1.0);
         let factor = cholesky(matrix)?;
         let mut found = Posterior {
@@ -62,12 +62,10 @@ impl<'a> Explained<'a> {
         if !self.rows.is_log() {
             return Some(self.posterior(freedoms, looseness)?.amplitudes());
         }
-        let products = &self.reduced(looseness)?.products;
-        let last = products.nrows() - 1;
-        let acting: Vec<(usize, f64)> = self.of_causes(freedoms).enumerate().filter(|(_, d)| *d > 0.0).collect();
-        let entry = |i: usize, j: usize| acting[i].1 * acting[j].1 * products[(acting[i].0, acting[j].0)] + f64::from(u8::from(i == j));
-        let factor = cholesky(DMatrix::from_fn(acting.len(), acting.len(), entry))?;
-        let found = factor.solve(&DVector::from_fn(acting.len(), |i, _| acting[i].1 * products[(acting[i].0, last)]));
+        let reduced = self.reduced(looseness)?;
+        let last = self.profiled.ncols();
+        let (acting, factor) = self.coefficients(&reduced.products, freedoms)?;
+        let found = factor.solve(&DVector::from_fn(acting.len(), |i, _| acting[i].1 * reduced.products[(acting[i].0, last)]));
         let mut all = vec![vec![0.0; self.profiles.of.len()]; self.count()];
         for ((place, deviation), coefficient) in acting.iter().zip(found.iter()) {
             let (m, function) = self.followed[*place];
@@ -76,9 +74,31 @@ impl<'a> Explained<'a> {
         Some(all)
     }
 
+    /// Coefficients of causes of a log that may be other than nothing, by their place and prior deviation, and the factor of their inverse covariance
+    /// in units of these deviations.
+    pub(super) fn coefficients(&self, products: &DMatrix<f64>, freedoms: &[Freedom]) -> Option<(Vec<(usize, f64)>, Cholesky<f64, Dyn>)> {
+        let acting: Vec<(usize, f64)> = self.of_causes(freedoms).enumerate().filter(|(_, d)| *d > 0.0).collect();
+        let entry = |i: usize, j: usize| acting[i].1 * acting[j].1 * products[(acting[i].0, acting[j].0)] + f64::from(u8::from(i == j));
+        let factor = cholesky(DMatrix::from_fn(acting.len(), acting.len(), entry))?;
+        Some((acting, factor))
+    }
+
     /// Variances as of [`Posterior::variances`]; `None` as in [`Explained::log_evidence`].
     pub fn variances(&self, freedoms: &[Freedom], looseness: Looseness, cause: usize) -> Option<Vec<f64>> {
-        Some(self.posterior(freedoms, looseness)?.variances(cause))
+        if !self.rows.is_log() {
+            return Some(self.posterior(freedoms, looseness)?.variances(cause));
+        }
+        let (acting, factor) = self.coefficients(&self.reduced(looseness)?.products, freedoms)?;
+        let functions = &self.profiles.functions;
+        let mut courses = DMatrix::zeros(acting.len(), functions.nrows());
+        for (mut course, (place, deviation)) in courses.row_iter_mut().zip(&acting) {
+            let (m, function) = self.followed[*place];
+            if m == cause {
+                course.tr_copy_from(&(functions.column(function) * *deviation));
+            }
+        }
+        solve_lower(factor.l_dirty(), &mut courses);
+        Some(courses.column_iter().map(|column| column.norm_squared()).collect())
     }
 
     /// Columns under the metric of the rows.
