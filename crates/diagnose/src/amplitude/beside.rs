@@ -119,6 +119,7 @@ impl<'p> Beside<'p> {
             wrong_conditions: Vec::new(),
             biases: problem.data.sensors.len(),
             aside: Vec::new(),
+            wide: 0.0,
             log: None,
         }
     }

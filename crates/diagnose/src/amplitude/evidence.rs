@@ -304,6 +304,7 @@ mod tests {
             row_of,
             log: None,
             aside: Vec::new(),
+            wide: 0.0,
         };
         (errors, wave(8), vec![wave(9), wave(10)])
     }

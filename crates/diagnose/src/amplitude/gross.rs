@@ -15,6 +15,7 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, DVector};
 
 use super::others::{Others, Predicted};
+use super::rows::Errors;
 use super::search::{FITTED, Fit, Search, sorted};
 use super::settings::AmplitudeSettings;
 use super::wrong::{Part, Wrong, log_odds};
@@ -215,8 +216,8 @@ impl<'a> Gross<'a> {
     /// A fit with other parts set aside, not fitted yet.
     fn begun(&self, fit: &Fit, aside: Vec<Wrong>) -> Fit {
         let own = fit.errors.as_deref().unwrap_or(self.search.errors).clone();
-        let mut errors = own.without(self.of_all(&aside), self.wide(), self.search.errors);
-        errors.wrong_conditions = aside.iter().filter_map(|wrong| self.column(wrong.part)).collect();
+        let wrong_conditions = aside.iter().filter_map(|wrong| self.column(wrong.part)).collect();
+        let errors = Errors { aside: self.of_all(&aside), wide: self.wide(), wrong_conditions, ..own };
         Fit { errors: Some(Arc::new(errors)), aside, ..fit.clone() }
     }
 

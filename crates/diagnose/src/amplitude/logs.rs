@@ -299,6 +299,7 @@ impl<'a> Log<'a> {
             wrong_conditions: Vec::new(),
             biases: data.sensors.len(),
             aside: Vec::new(),
+            wide: 0.0,
             log: Some(LogNoise::new(found.errors.clone(), self.settings.wandering_memory, [self.stretches.len(), columns])),
         }
     }

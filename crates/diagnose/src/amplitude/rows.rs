@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::triangular::{cholesky, eigen, product, products, solve_lower};
+use crate::triangular::{cholesky, eigen, product, product_of_transpose, products, solve_lower};
 use coldplate_evidence::discrepancy::{DiscrepancySize, ErrorParts};
 use coldplate_evidence::measurement::whiten::Noise;
 
@@ -99,6 +99,8 @@ pub struct Errors {
     pub log: Option<LogNoise>,
     /// Readings that are grossly wrong, rising: their noise is wide, and their residual says nothing.
     pub aside: Vec<usize>,
+    /// Standard deviation of their noise, K.
+    pub wide: f64,
 }
 
 /// Noise of logs, with an error of each sensor that wanders with the time.
@@ -109,7 +111,9 @@ pub struct LogNoise {
     /// Time over which the errors wander, as a share of the test.
     pub memory: f64,
     /// Stretches under the loosenesses that were asked for last.
-    pub known: Arc<Recent<Rows>>,
+    known: Arc<Recent<Rows>>,
+    /// The same with readings set aside.
+    cleared: Arc<Recent<Rows>>,
 }
 
 impl LogNoise {
@@ -117,7 +121,13 @@ impl LogNoise {
     pub fn new(parts: ErrorParts, memory: f64, [readings, columns]: [usize; 2]) -> Self {
         let numbers = columns * (readings + columns);
         let most = (KEPT_NUMBERS / numbers.max(1)).clamp(KEPT.0, KEPT.1);
-        Self { parts, memory, known: Arc::new(Recent::of(most)) }
+        Self { parts, memory, known: Arc::new(Recent::of(most)), cleared: Arc::new(Recent::of(most)) }
+    }
+
+    /// Forgets all stretches.
+    pub fn forget(&self) {
+        self.known.clear();
+        self.cleared.clear();
     }
 }
 
@@ -134,7 +144,7 @@ impl Errors {
     /// Standard deviation of the noise of every reading under a looseness, K. The wide noise of what is set aside stays.
     fn noise_under(&self, looseness: Looseness) -> Vec<f64> {
         let mut all: Vec<f64> = self.noise.iter().map(|noise| noise * looseness.noise).collect();
-        self.aside.iter().for_each(|i| all[*i] = self.noise[*i]);
+        self.aside.iter().for_each(|i| all[*i] = self.wide);
         all
     }
 
@@ -142,15 +152,6 @@ impl Errors {
     pub fn unpredicted(&self) -> Vec<usize> {
         let is_wrong = |i: &usize| self.wrong_conditions.iter().any(|column| column[*i] != 0.0) || self.aside.contains(i);
         (0..self.noise.len()).filter(is_wrong).collect()
-    }
-
-    /// Errors with these readings set aside, whose noise is wide (K); all others have the noise of `from`.
-    pub fn without(self, aside: Vec<usize>, wide: f64, from: &Self) -> Self {
-        let mut noise = from.noise.clone();
-        aside.iter().for_each(|i| noise[*i] = wide);
-        // Stretches that were whitened before are those of other noise.
-        let log = self.log.map(|log| LogNoise { known: Arc::new(Recent::of(log.known.most)), ..log });
-        Self { noise, aside, log, ..self }
     }
 
     /// Errors of a table, each of whose columns becomes another one.
@@ -261,8 +262,9 @@ pub struct Rows {
     /// Sizes in the blocks of a table: disturbance, level of the heats, errors of conditions and noise; in logs, where the first three are among
     /// the shared columns, wandering errors and noise.
     pub own: Looseness,
-    whitening: Whitening,
-    /// Shared columns, whitened: stated ones, then numbers; then of logs the disturbance, the levels of the heats, and errors of conditions.
+    whitening: Arc<Whitening>,
+    /// Shared columns, whitened: stated ones, then numbers; then of logs the disturbance, the levels of the heats, errors of conditions, and one
+    /// for each reading set aside.
     pub shared: DMatrix<f64>,
     /// Place of each of them among [`Errors::stated`] and, behind these, [`Errors::numbers`].
     pub of: Vec<usize>,
@@ -272,6 +274,8 @@ pub struct Rows {
     heats: usize,
     levels: usize,
     biases: usize,
+    /// Readings of a log that are set aside.
+    aside: Vec<usize>,
     log_determinant: f64,
     eliminated: Recent<Eliminated>,
 }
@@ -299,7 +303,14 @@ impl Rows {
     pub fn under(errors: &Errors, looseness: Looseness) -> Option<Arc<Self>> {
         match &errors.log {
             None => Self::new(errors, looseness).map(Arc::new),
-            Some(log) => log.known.get(|rows| rows.is_under(looseness), || Some(Self::wandering(errors, log, looseness))),
+            Some(log) => {
+                let whole = log.known.get(|rows| rows.is_under(looseness), || Some(Self::wandering(errors, log, looseness)))?;
+                if errors.aside.is_empty() {
+                    return Some(whole);
+                }
+                let is_asked = |rows: &Self| rows.is_under(looseness) && rows.aside == errors.aside;
+                log.cleared.get(is_asked, || Some(whole.with_aside(errors, looseness)))
+            }
         }
     }
 
@@ -310,7 +321,7 @@ impl Rows {
 
     /// Whether they are stretches of a log.
     pub fn is_log(&self) -> bool {
-        matches!(self.whitening, Whitening::Series(_))
+        matches!(*self.whitening, Whitening::Series(_))
     }
 
     fn own_part(is_log: bool, Looseness { disturbance, level, conditions, wandering, noise, .. }: Looseness) -> Looseness {
@@ -369,10 +380,11 @@ impl Rows {
         Some(all.with_columns(&whitened, [stated, numbers, 0, 0]))
     }
 
-    /// The stretches of logs under a looseness.
+    /// The stretches of logs under a looseness, nothing of them set aside.
     fn wandering(errors: &Errors, log: &LogNoise, looseness: Looseness) -> Self {
         let level = DiscrepancySize { wandering: looseness.wandering, memory: log.memory, ..DiscrepancySize::NONE };
-        let noise = log.parts.with_noise(errors.noise_under(looseness)).noise_at(&level);
+        let stated = errors.noise.iter().map(|noise| noise * looseness.noise).collect();
+        let noise = log.parts.with_noise(stated).noise_at(&level);
         let log_determinant = noise.log_determinant();
         let mut all = Self::without_columns(ranges(&errors.row_of), Whitening::Series(noise), log_determinant, errors.biases);
         all.own = Self::own_part(true, looseness);
@@ -392,7 +404,7 @@ impl Rows {
         Self {
             ranges,
             own: Looseness::default(),
-            whitening,
+            whitening: Arc::new(whitening),
             shared: DMatrix::zeros(0, 0),
             of: Vec::new(),
             gram: DMatrix::zeros(0, 0),
@@ -401,8 +413,41 @@ impl Rows {
             heats: 0,
             levels: 0,
             biases,
+            aside: Vec::new(),
             log_determinant,
             eliminated: Recent::of(ELIMINATED),
+        }
+    }
+
+    /// Stretches of a log with the readings set aside that its errors name. What their noise is wider by is one column each, so that what is
+    /// whitened stays as it is.
+    fn with_aside(&self, errors: &Errors, looseness: Looseness) -> Self {
+        let (before, count) = (self.shared.ncols(), self.shared.nrows());
+        let column = |i: &usize| {
+            let mut own = vec![0.0; count];
+            own[*i] = (errors.wide.powi(2) - (errors.noise[*i] * looseness.noise).powi(2)).max(0.0).sqrt();
+            self.whiten(&own)
+        };
+        let columns: Vec<DVector<f64>> = errors.aside.iter().map(column).collect();
+        let columns = DMatrix::from_columns(&columns);
+        let all = before + columns.ncols();
+        let mut shared = DMatrix::zeros(count, all);
+        shared.columns_range_mut(..before).copy_from(&self.shared);
+        shared.columns_range_mut(before..).copy_from(&columns);
+        let mut gram = DMatrix::zeros(all, all);
+        gram.view_range_mut(..before, ..before).copy_from(&self.gram);
+        let across = product_of_transpose(&shared, &columns);
+        gram.view_range_mut(.., before..).copy_from(&across);
+        gram.view_range_mut(before.., ..).copy_from(&across.transpose());
+        Self {
+            ranges: self.ranges.clone(),
+            whitening: self.whitening.clone(),
+            shared,
+            of: self.of.clone(),
+            gram,
+            aside: errors.aside.clone(),
+            eliminated: Recent::of(ELIMINATED),
+            ..*self
         }
     }
 
@@ -430,7 +475,7 @@ impl Rows {
 
     /// Readings (K) whitened by the block of their row.
     pub fn whiten(&self, readings: &[f64]) -> DVector<f64> {
-        let factors = match &self.whitening {
+        let factors = match &*self.whitening {
             Whitening::Blocks(factors) => factors,
             Whitening::Series(noise) => return DVector::from_vec(noise.apply(readings)),
         };
@@ -449,7 +494,7 @@ impl Rows {
 
     /// Logarithm of the determinant of the root of a row's block, K for each reading; in logs of all noise, shared among the stretches.
     pub fn log_of_row(&self, row: usize) -> f64 {
-        match &self.whitening {
+        match &*self.whitening {
             Whitening::Blocks(factors) => factors[row].l_dirty().diagonal().iter().map(|d| d.ln()).sum(),
             Whitening::Series(_) => {
                 let count = self.ranges.last().map_or(1, |last| last.end);
@@ -466,7 +511,7 @@ impl Rows {
     /// Columns that are whitened, multiplied by the transposed whitening: S⁻¹ of columns is this of their whitened ones.
     pub fn unwhiten(&self, whitened: &DMatrix<f64>) -> DMatrix<f64> {
         let mut found = whitened.clone();
-        match &self.whitening {
+        match &*self.whitening {
             Whitening::Blocks(factors) => {
                 for (range, factor) in self.ranges.iter().zip(factors) {
                     let mut own = found.rows_range_mut(range.clone());
@@ -481,7 +526,7 @@ impl Rows {
     /// Inverse covariance of the readings of each row of a table without shared columns, less by `taken` in each (whitened); of a log that of
     /// each reading by itself. With the readings of each, and in 1/K².
     pub fn precisions(&self, taken: impl Fn(usize) -> DMatrix<f64>) -> (Vec<Range<usize>>, Vec<DMatrix<f64>>) {
-        match &self.whitening {
+        match &*self.whitening {
             Whitening::Blocks(factors) => {
                 let of = |(row, factor): (usize, &Cholesky<f64, Dyn>)| {
                     let size = self.ranges[row].len();
@@ -502,7 +547,9 @@ impl Rows {
 
     /// Standard deviation of each shared column's coefficient.
     pub fn deviations(&self, looseness: Looseness) -> DVector<f64> {
-        DVector::from_fn(self.shared.ncols(), |k, _| match k {
+        let count = self.shared.ncols();
+        DVector::from_fn(count, |k, _| match k {
+            k if k >= count - self.aside.len() => 1.0,
             k if k < self.stated => {
                 if self.of[k] < self.biases {
                     looseness.noise

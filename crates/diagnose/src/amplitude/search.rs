@@ -143,7 +143,7 @@ impl Fit {
     /// Errors about the machine with the set in force, in which stays wrong what the fit calls so.
     fn without_aside(&self, mut errors: Errors) -> Errors {
         if let Some(own) = self.errors.as_ref().filter(|_| !self.aside.is_empty()) {
-            (errors.noise, errors.aside) = (own.noise.clone(), own.aside.clone());
+            (errors.aside, errors.wide) = (own.aside.clone(), own.wide);
             errors.wrong_conditions.clone_from(&own.wrong_conditions);
         }
         errors
@@ -626,7 +626,7 @@ pub struct Linear<'a> {
 /// Forgets what was made of a fit's own errors: it is large and seldom asked for again.
 fn forget_rows(fit: &Fit) {
     if let Some(log) = fit.errors.as_deref().and_then(|errors| errors.log.as_ref()) {
-        log.known.clear();
+        log.forget();
     }
 }
 

@@ -5,6 +5,8 @@ function verdictMap(s, answers, page) {
   const canvas = byId("map");
   const NODES = 48;
   const [LEFT, RIGHT, TOP, BOTTOM] = [58, 22, 10, 46];
+  /* Of the circle about the condition that is set, pixels. */
+  const RADIUS = 7;
   function place() {
     const [i, j] = [Number(byId("across").value), Number(byId("up").value)];
     return { i, j, a: s.variables[i], b: s.variables[j] };
@@ -85,12 +87,17 @@ function verdictMap(s, answers, page) {
       const own = nodes.flatMap((node, n) => (node.binding === k ? [[n % (NODES + 1), Math.floor(n / (NODES + 1))]] : []));
       if (own.length < 0.02 * nodes.length) return;
       const mean = [0, 1].map((d) => own.reduce((sum, node) => sum + node[d], 0) / own.length);
-      const [column, row] = own.reduce((best, node) => (Math.hypot(node[0] - mean[0], node[1] - mean[1]) < Math.hypot(best[0] - mean[0], best[1] - mean[1]) ? node : best));
       const half = 0.5 * g.measureText(limit.name).width + 3;
-      g.fillText(limit.name, Math.min(LEFT + w - half, Math.max(LEFT + half, LEFT + (column / NODES) * w)), Math.min(TOP + h - 6, TOP + (1 - row / NODES) * h + 4));
+      const middle = ([column, row]) => [Math.min(LEFT + w - half, Math.max(LEFT + half, LEFT + (column / NODES) * w)), Math.min(TOP + h - 6, TOP + (1 - row / NODES) * h + 4)];
+      /* The circle of the condition that is set stays free. */
+      const isClear = (node) => { const [px, py] = middle(node); return Math.abs(px - across(x[i])) > half + RADIUS + 2 || Math.abs(py - 4 - up(x[j])) > RADIUS + 10; };
+      const clear = own.filter(isClear);
+      const apart = (node) => Math.hypot(node[0] - mean[0], node[1] - mean[1]);
+      const best = (clear.length > 0 ? clear : own).reduce((best, node) => (apart(node) < apart(best) ? node : best));
+      g.fillText(limit.name, ...middle(best));
     });
     g.beginPath();
-    g.arc(across(x[i]), up(x[j]), 7, 0, 2 * Math.PI);
+    g.arc(across(x[i]), up(x[j]), RADIUS, 0, 2 * Math.PI);
     [g.lineWidth, g.strokeStyle] = [3, colour("ink")];
     if (x[i] >= a.low && x[i] <= a.high && x[j] >= b.low && x[j] <= b.high) g.stroke();
     byId("ends").textContent = `Up: ${named(b)}. Names: the limit that binds there. Dark line: as likely kept as broken.`;

@@ -186,3 +186,21 @@ fn a_cause_that_acts_in_one_row_is_not_dropped() {
     assert!((own.amplitudes[6] - 30.0).abs() < 3.0, "{:?}", own.amplitudes);
     assert!(set.aside.is_empty(), "{:?}", set.aside);
 }
+
+/// Two sensors exchanged in the last rows, one of which has a wrong reading of a third: without the exchange five readings are wrong.
+#[test]
+fn sensors_exchanged_from_a_row_on_beside_a_wrong_reading() {
+    let swap = |row: &Row, values: &mut Vec<f64>, _: f64| {
+        if row.number >= 5 {
+            values.swap(FRONT_BEARING, 5);
+        }
+    };
+    let mut problem = table(7, |_| Vec::new(), swap).0;
+    problem.data.rows.truncate(7);
+    let problem = changed(problem, 6, |readings| readings[NUT] = readings[NUT].map(|kelvin| kelvin + 9.0));
+    let set = front("exchanged in the last rows", &problem);
+    let own = only(&set, "swapped sensors", "front_bearing - gear");
+    assert!(own.amplitudes[..5].iter().all(|a| a.abs() < 0.2) && own.amplitudes[5..].iter().all(|a| (a - 1.0).abs() < 0.2));
+    let own = aside(&set);
+    assert_eq!((own.row, own.sensor), (Some(6), Some(NUT)));
+}
