@@ -12,6 +12,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use super::super::profiles::Profiles;
 use super::super::rows::Looseness;
+use super::posterior::Coefficients;
 use super::{Explained, Freedom};
 use crate::triangular::{cholesky, solve_lower};
 
@@ -108,7 +109,7 @@ impl<'a> Explained<'a> {
     fn of_log(&self, cause: usize, others: &[Freedom], looseness: Looseness) -> Option<(f64, Products)> {
         let reduced = self.reduced(looseness)?;
         let last = self.profiled.ncols();
-        let (acting, factor) = self.coefficients(&reduced.products, others)?;
+        let Coefficients { acting, factor } = self.coefficients(&reduced.products, others)?;
         let own: Vec<usize> = (0..last).filter(|place| self.followed[*place].0 == cause).collect();
         let product = |i: usize, j: usize| reduced.products[(i, j)];
         let place = |j: usize| own.get(j).copied().unwrap_or(last);

@@ -20,6 +20,14 @@ pub struct Posterior<'a> {
     deviations: DVector<f64>,
 }
 
+/// Coefficients of the causes of a log.
+pub(super) struct Coefficients {
+    /// Those that may be other than nothing, by their place and prior deviation.
+    pub acting: Vec<(usize, f64)>,
+    /// Factor of their inverse covariance in units of these deviations.
+    pub factor: Cholesky<f64, Dyn>,
+}
+
 /// Coefficients as all rows but one have them.
 pub struct WithoutRow {
     /// Coefficients of the functions of the rows for each cause, in units of its scale.
@@ -64,7 +72,7 @@ impl<'a> Explained<'a> {
         }
         let reduced = self.reduced(looseness)?;
         let last = self.profiled.ncols();
-        let (acting, factor) = self.coefficients(&reduced.products, freedoms)?;
+        let Coefficients { acting, factor } = self.coefficients(&reduced.products, freedoms)?;
         let found = factor.solve(&DVector::from_fn(acting.len(), |i, _| acting[i].1 * reduced.products[(acting[i].0, last)]));
         let mut all = vec![vec![0.0; self.profiles.of.len()]; self.count()];
         for ((place, deviation), coefficient) in acting.iter().zip(found.iter()) {
@@ -74,13 +82,13 @@ impl<'a> Explained<'a> {
         Some(all)
     }
 
-    /// Coefficients of causes of a log that may be other than nothing, by their place and prior deviation, and the factor of their inverse covariance
-    /// in units of these deviations.
-    pub(super) fn coefficients(&self, products: &DMatrix<f64>, freedoms: &[Freedom]) -> Option<(Vec<(usize, f64)>, Cholesky<f64, Dyn>)> {
+    /// Coefficients of the causes of a log, from the products of profiled causes without what shared columns take; `None` where rounding leaves no
+    /// positive matrix.
+    pub(super) fn coefficients(&self, products: &DMatrix<f64>, freedoms: &[Freedom]) -> Option<Coefficients> {
         let acting: Vec<(usize, f64)> = self.of_causes(freedoms).enumerate().filter(|(_, d)| *d > 0.0).collect();
         let entry = |i: usize, j: usize| acting[i].1 * acting[j].1 * products[(acting[i].0, acting[j].0)] + f64::from(u8::from(i == j));
         let factor = cholesky(DMatrix::from_fn(acting.len(), acting.len(), entry))?;
-        Some((acting, factor))
+        Some(Coefficients { acting, factor })
     }
 
     /// Variances as of [`Posterior::variances`]; `None` as in [`Explained::log_evidence`].
@@ -88,7 +96,7 @@ impl<'a> Explained<'a> {
         if !self.rows.is_log() {
             return Some(self.posterior(freedoms, looseness)?.variances(cause));
         }
-        let (acting, factor) = self.coefficients(&self.reduced(looseness)?.products, freedoms)?;
+        let Coefficients { acting, factor } = self.coefficients(&self.reduced(looseness)?.products, freedoms)?;
         let functions = &self.profiles.functions;
         let mut courses = DMatrix::zeros(acting.len(), functions.nrows());
         for (mut course, (place, deviation)) in courses.row_iter_mut().zip(&acting) {
