@@ -1,7 +1,7 @@
 //! The machine as it is beside the data: every place and kind fitted, sets grown, laws told.
 
 use std::collections::{BTreeSet, HashMap};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
 
@@ -16,12 +16,12 @@ use super::ranking::{
     REFINED, best_of_each_size, difference, most_probable, resampled, sum_and_error, that_predict_more, whole, with_certain_first,
 };
 use super::response::{Answer, Response, shows, sum};
-use super::rows::{Errors, Rows, uncertain};
+use super::rows::{Errors, Recent, Rows, uncertain};
 use super::search::{About, Candidate, Fit, Search, Sought};
 use super::sets::{self, seen};
 use super::settings::AmplitudeSettings;
 use super::sizing::Sizing;
-use super::steady::Table;
+use super::steady::{KEPT_MACHINES, Table};
 use super::ways::{FoundWay, Ways};
 use super::{PlaceAndKind, PlaceSet, Places, Way};
 use crate::effects::{Axis, Common, Effect, FoundLaw, Heat, Hypothesis, Law, Scales, Sensor, hypotheses};
@@ -242,7 +242,7 @@ impl<'p> Beside<'p> {
             }
             Some(log) => (log.profiles(), log.names.clone()),
         };
-        let (machines, attached) = Default::default();
+        let (machines, attached) = (Recent::of(KEPT_MACHINES), OnceLock::new());
         let table = Table { problem, predictor: &predictor, base, errors: &errors, visible: &visible, sizes: &sizes, machines, attached };
         let about = |members: &[usize], amplitudes: &[Vec<f64>], with_all: bool, known: Option<&Errors>| match &log {
             Some(log) => log.about(members, amplitudes, with_all, known),

@@ -112,7 +112,7 @@ pub struct LogNoise {
     pub memory: f64,
     /// Stretches under the loosenesses that were asked for last.
     known: Arc<Recent<Rows>>,
-    /// The same with readings set aside.
+    /// Stretches with readings set aside, likewise.
     cleared: Arc<Recent<Rows>>,
 }
 

@@ -270,9 +270,9 @@ impl<'a> Search<'a> {
     }
 
     fn refined_by(&self, about: About<'_>, mut fit: Fit) -> Fit {
-        // What is small leaves the errors as they are.
-        let none = || fit.amplitudes.iter().flat_map(|own| self.course(own)).fold(0.0, |most: f64, a| most.max(a.abs()));
-        let (mut moved, mut relaxation) = (if fit.reference.is_none() { none() } else { f64::INFINITY }, Relaxation::default());
+        // Errors about the machine as it is serve beside small amplitudes.
+        let from_nothing = || fit.amplitudes.iter().flat_map(|own| self.course(own)).fold(0.0, |most: f64, a| most.max(a.abs()));
+        let (mut moved, mut relaxation) = (if fit.reference.is_none() { from_nothing() } else { f64::INFINITY }, Relaxation::default());
         for place in 0..MOST_REFERENCES {
             let known = Some(fit.errors.as_deref().unwrap_or(self.errors)).filter(|_| moved < NEAR);
             let Some((reference, errors)) = about(&fit.members, &fit.amplitudes, false, known) else {

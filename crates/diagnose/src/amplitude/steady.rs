@@ -1,13 +1,12 @@
 //! Steady tables about the machine with a set in force: each row has its own amplitudes, and its readings answer to these alone.
 
 use std::borrow::Cow;
-use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, OnceLock};
 
 use super::force::{self, Acting, Courses};
 use super::logs::rows_that_count;
 use super::response::Slope;
-use super::rows::Errors;
+use super::rows::{Errors, Recent};
 use super::search::{Exchange, Reference};
 use super::sizing::Sizing;
 use crate::Problem;
@@ -21,6 +20,8 @@ use coldplate_evidence::measurement::{Data, whiten};
 
 /// Step of the amplitudes by which slopes are found, as a share of the kind's scale.
 const STEP: f64 = 0.05;
+/// Machines with sets in force that are kept: each thread solves one set again and again. Chosen; it decides memory and time alone.
+pub const KEPT_MACHINES: usize = 8;
 /// Amplitudes that differ by less, in units of their scale, are one.
 const ALIKE: f64 = 1e-3;
 
@@ -38,19 +39,19 @@ pub struct Table<'a> {
     pub visible: &'a [(&'a Hypothesis, &'a Vec<f64>)],
     /// Their amplitudes in units of scales.
     pub sizes: &'a [Sizing],
-    /// Machines in which sets follow courses, by their members.
-    pub machines: Mutex<BTreeMap<Vec<usize>, Arc<Courses>>>,
+    /// Machines in which sets follow courses, with their members: those that were asked for last.
+    pub machines: Recent<(Vec<usize>, Courses)>,
     /// Paths that may be attached anywhere, with the rise of every sensor per watt put into each node.
     pub attached: OnceLock<Option<(Attached<'a>, Vec<Vec<f64>>)>>,
 }
 
 /// The machine with members in force, solved.
 struct Solved<'a> {
-    /// The machine.
-    courses: Arc<Courses>,
+    /// The members, and the machine.
+    courses: Arc<(Vec<usize>, Courses)>,
     /// The data, with the courses.
     data: Data,
-    /// Where laws are one there.
+    /// Scales at which laws are one in that machine.
     scales: Scales,
     /// Change of the readings, K.
     change: Vec<f64>,
@@ -133,7 +134,8 @@ impl Table<'_> {
         let acting: Vec<Acting<'_>> = members.iter().zip(amplitudes).map(course).collect();
         let given = &self.problem.study.model.machine.variables;
         let places = whiten::places(data);
-        let courses = self.courses(members, &acting)?;
+        let known = self.courses(members, &acting)?;
+        let courses = &known.1;
         let data = courses.data(given, data, &acting);
         let scales = Scales::of(&data, &courses.study.model.machine);
         let acts = acting.iter().any(|own| !own.hypothesis.is_sensor());
@@ -150,22 +152,17 @@ impl Table<'_> {
             }
         }
         let change = values.iter().zip(self.predictor.predicted).map(|(v, p)| v - p).collect();
-        Some(Solved { courses, data, scales, change, fields })
+        Some(Solved { courses: known, data, scales, change, fields })
     }
 
     /// The machine in which members follow courses. One that cannot has a number of its own, and the machine is made anew for it.
-    fn courses(&self, members: &[usize], acting: &[Acting<'_>]) -> Option<Arc<Courses>> {
-        let make = || Courses::new(self.predictor, (&self.problem.study, &self.problem.data), acting).map(Arc::new);
-        if !acting.iter().all(|own| force::runs(self.predictor, own.hypothesis)) {
-            return make();
+    fn courses(&self, members: &[usize], acting: &[Acting<'_>]) -> Option<Arc<(Vec<usize>, Courses)>> {
+        let make = || Some((members.to_vec(), Courses::new(self.predictor, (&self.problem.study, &self.problem.data), acting)?));
+        if acting.iter().all(|own| force::runs(self.predictor, own.hypothesis)) {
+            self.machines.get(|(own, _)| own == members, make)
+        } else {
+            make().map(Arc::new)
         }
-        let known = || self.machines.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(found) = known().get(members) {
-            return Some(found.clone());
-        }
-        let made = make()?;
-        known().insert(members.to_vec(), made.clone());
-        Some(made)
     }
 
     /// What hangs on where in its part a path is attached: columns of unit variance, K.
@@ -194,7 +191,7 @@ impl Table<'_> {
 
     /// Change of the readings with the logarithm of each number of the machine with causes in force, K.
     fn numbers(&self, Solved { courses, data, scales, fields, .. }: &Solved<'_>) -> Option<Vec<Vec<f64>>> {
-        let (study, user) = (&courses.study, self.problem.user.as_slice());
+        let (study, user) = (&courses.1.study, self.problem.user.as_slice());
         // An effect is numbered anew in another file.
         let own = hypotheses(study, data, user);
         let same = |(number, _): &(Hypothesis, f64)| {

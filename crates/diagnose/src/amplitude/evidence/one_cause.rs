@@ -25,9 +25,9 @@ pub struct OneCause<'a> {
 }
 
 enum Products {
-    /// Of a table, row by row: M, as a diagonal less the product of coordinates with themselves, and X' S⁻¹ r.
+    /// Products in each row of a table: M, which is a diagonal less the product of coordinates with themselves, and X' S⁻¹ r.
     OfRows { own: DVector<f64>, along: DMatrix<f64>, pulls: DVector<f64> },
-    /// Of a log, with the functions that they are of.
+    /// Products of the functions of a log, with the places of these functions.
     OfFunctions(Functions, Vec<usize>),
 }
 
@@ -43,7 +43,7 @@ pub struct Functions {
 /// Products of columns with each other.
 enum Gram {
     Whole(DMatrix<f64>),
-    /// Of the first columns less those of the second ones.
+    /// Columns, and those whose products are subtracted from theirs.
     Less(DMatrix<f64>, DMatrix<f64>),
 }
 
@@ -61,7 +61,7 @@ impl<'a> Explained<'a> {
         let (rows, shared, last) = (self.own.len(), self.rows.shared.ncols(), self.gram.nrows() - 1);
         let is_free = others.iter().any(|f| f.freedom > 0.0);
         let deviations = self.deviations(others, looseness);
-        // Where no other is new in every row the shared columns are eliminated already.
+        // Shared columns are eliminated already where no other cause is new in every row.
         let acting: Vec<(usize, f64)> =
             (if is_free { 0 } else { shared }..last).map(|k| (k, deviations[k])).filter(|(_, d)| *d > 0.0).collect();
         let count = acting.len();

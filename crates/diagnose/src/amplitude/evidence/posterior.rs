@@ -22,7 +22,7 @@ pub struct Posterior<'a> {
 
 /// Coefficients of the causes of a log.
 pub(super) struct Coefficients {
-    /// Those that may be other than nothing, by their place and prior deviation.
+    /// Coefficients that may be other than nothing, by their place and prior deviation.
     pub acting: Vec<(usize, f64)>,
     /// Factor of their inverse covariance in units of these deviations.
     pub factor: Cholesky<f64, Dyn>,
