@@ -3,7 +3,9 @@
 //! With S the covariance of the readings beside the others, X the cause in each row and r the residual, a way in which the cause is a sum of
 //! functions phi of the rows, with coefficients of the standard deviations D, has
 //!
-//!     ½ b' (D⁻² + G)⁻¹ b - ½ ln |I + D G D|,    G = phi' X' S⁻¹ X phi,    b = phi' X' S⁻¹ r
+//! ```text
+//! ½ b' (D⁻² + G)⁻¹ b - ½ ln |I + D G D|,    G = phi' X' S⁻¹ X phi,    b = phi' X' S⁻¹ r
+//! ```
 //!
 //! more log evidence than none. So every way costs a matrix as small as its functions are few. A deviation f that is new in every row makes
 //! G of X' S⁻¹ X = M the same of M (I + f² M)⁻¹.
