@@ -20,7 +20,8 @@ const STANDS: f64 = 0.02;
 const NEAR: f64 = 0.2;
 /// Longest step of an amplitude, in units of its kind's scale: beyond it the linear model has not been.
 const LONGEST_STEP: f64 = 1.5;
-/// Sets that grow by a further place. Chosen: with six the best sets of a real test box lack the capacity that was taken from its machine.
+/// Sets that grow by a further place. Chosen: with six the best sets of a real test box lack the capacity that was taken from its machine, with
+/// ten and with thirty all of them have it.
 pub(super) const GROWING: usize = 10;
 /// Further places of each of them that are fitted to the end.
 pub(super) const FITTED: usize = 6;

@@ -40,23 +40,9 @@ impl OfOneSize {
         self.whole.iter().chain(&self.cleared)
     }
 
-    /// Those that may lead on. A place that gains nothing on all known sets without it leads nowhere; and as further places seldom gain more than
-    /// the one before, neither does one whose set is further behind the most probable one than it gains.
-    fn leading_on(self, known: &[Fit]) -> Self {
-        let best = most_probable(known.iter());
-        let leads = |fit: &Fit| {
-            let is_less =
-                |other: &&Fit| other.members.len() + 1 == fit.members.len() && other.members.iter().all(|m| fit.members.contains(m));
-            let gain = fit.log_posterior() - most_probable(known.iter().filter(is_less));
-            gain > 0.0 && best - fit.log_posterior() < gain
-        };
-        let of = |fits: Vec<Fit>| fits.into_iter().filter(leads).collect();
-        Self { whole: of(self.whole), cleared: of(self.cleared) }
+    fn most(&self) -> f64 {
+        self.all().map(Fit::log_posterior).fold(f64::NEG_INFINITY, f64::max)
     }
-}
-
-fn most_probable<'f>(fits: impl Iterator<Item = &'f Fit>) -> f64 {
-    fits.map(Fit::log_posterior).fold(f64::NEG_INFINITY, f64::max)
 }
 
 /// The machine as it is, and all sets that are fitted, most probable first; `most` of each size about the machine with the set in force, and with
@@ -70,6 +56,7 @@ pub fn fitted(search: &Search<'_>, gross: &Gross<'_>, most: usize, progress: &dy
     let mut last = OfOneSize::new(search, gross, most, search.singles(&whole), sorted(begun));
     let mut all: Vec<Fit> = last.all().cloned().collect();
     for count in 2..=MOST_PLACES {
+        let before = all.iter().map(Fit::log_posterior).fold(f64::NEG_INFINITY, f64::max);
         progress.say(&format!("sets of {count}"));
         let instead: Vec<Fit> = last.cleared.par_iter().take(GROWING).flat_map_iter(|fit| gross.instead(fit)).collect();
         let begun = [search.grown(&last.cleared), instead].concat();
@@ -77,8 +64,7 @@ pub fn fitted(search: &Search<'_>, gross: &Gross<'_>, most: usize, progress: &dy
         all.extend(last.all().cloned());
         // A set that was begun badly may be found from one with a place more.
         all.extend(without_nothings(search, &all, &[&last.whole[..], &last.cleared[..]]));
-        last = last.leading_on(&all);
-        if last.all().next().is_none() {
+        if last.most() <= before {
             break;
         }
     }

@@ -94,7 +94,7 @@ fn weeks_are_thinned_and_the_cause_is_named() {
 /// A contact that conducts much less bends: its slope leaves more than a sensor's gain does, which is straight, and yet it is the cause.
 #[test]
 fn a_contact_comes_before_the_gains_that_slopes_prefer() {
-    let (file, every) = (study(&[]), log(&study(&[]), 12.0));
+    let (file, every) = (study(&[]), log(&study(&[]), 30.0));
     let line = ("contact.bearing_housing.total_conductance".to_string(), "\"2 W/K\"".to_string());
     let mut problem = Problem::new(file.clone(), measured(&study(&[line]), &every)).thinned();
     problem.uncertainty = uncertainty(&problem.data, &file);
